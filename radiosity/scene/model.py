@@ -1,0 +1,99 @@
+"""What a user describes: materials, cameras and the scene, as frozen values."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from radiosity.mesh.faces import Faces
+
+
+class SceneError(ValueError):
+    """Bad input: every problem found, each with where, value, bound and way out.
+
+    Attributes
+    ----------
+    problems : list of str
+        One complete sentence a problem.
+    """
+
+    def __init__(self, source: str, problems: list[str]):
+        self.source, self.problems = source, list(problems)
+        super().__init__("\n".join(f"{source}: {p}" for p in self.problems))
+
+
+@dataclass(frozen=True)
+class Phong:
+    """Energy-normalised Phong lobe, f = reflectance (n + 2)/(2 pi) cos^n(angle to mirror)."""
+
+    reflectance: np.ndarray  # (3,)
+    exponent: float
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a surface does to light, per linear sRGB band.
+
+    Attributes
+    ----------
+    diffuse : (3,) float64
+        Lambertian reflectance rho = pi k_d, on both sides unless ``two_sided`` is false.
+    absorptance : (3,) float64
+        1 - diffuse, given directly where the reflectance is near 1.
+    emission : (3,) float64
+        Radiance in W/(m2 sr), from the front only.
+    specular : Phong or None
+    """
+
+    name: str
+    diffuse: np.ndarray
+    absorptance: np.ndarray
+    emission: np.ndarray
+    specular: Phong | None = None
+    two_sided: bool = True
+
+    @property
+    def emits(self) -> bool:
+        """Whether the front sends out light of its own."""
+        return bool(np.any(self.emission > 0))
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Pinhole camera; lengths in scene units, ``fov`` vertical in degrees, ``size`` (w, h)."""
+
+    name: str
+    position: np.ndarray
+    target: np.ndarray
+    up: np.ndarray
+    fov: float
+    size: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The closed-form answer a scene carries: radiosity in W/m2 by material or group, or of all.
+
+    ``radiosity`` maps a material or group name to (3,) values; the key "" stands for every face.
+    """
+
+    radiosity: dict[str, np.ndarray]
+    relative_tolerance: float
+    mesh: str
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene as read; lengths are in ``unit``, whose size in metres is ``unit_m``."""
+
+    name: str
+    faces: Faces
+    materials: tuple[Material, ...]
+    groups: tuple[str, ...]
+    cameras: dict[str, Camera] = field(default_factory=dict)
+    unit: str = "m"
+    unit_m: float = 1.0
+    up: str = "z"
+    ambient: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    truth: Truth | None = None
+    source: str = ""
+    notes: tuple[str, ...] = ()
