@@ -4,6 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+PLANAR = 1e-6  # deviation from a plane, as a share of a polygon's size, below which it is flat
+WELD = 1e-7  # distance, as a share of the mesh's size, below which two vertices are one
+BLUNTEST = np.cos(np.radians(30))  # pairs with a corner below 30 or above 150 degrees stay apart
+
 
 @dataclass(frozen=True)
 class Faces:
@@ -17,12 +21,170 @@ class Faces:
         Index into ``Scene.materials``.
     group : (f,) int
         Index into ``Scene.groups`` (an OBJ group, or one per ``[[geometry]]`` block).
+    degenerate : int
+        How many faces without area were dropped on the way here.
     """
 
     vertices: np.ndarray
     material: np.ndarray
     group: np.ndarray
+    degenerate: int = 0
+
+    @classmethod
+    def from_triangles(cls, triangles, material, group, merge: bool = True) -> "Faces":
+        """Return the faces of triangles (t, 3, 3); see `from_polygons`."""
+        triangles = np.asarray(triangles, float).reshape(-1, 3, 3)
+        return cls.from_polygons(triangles[:, [0, 1, 2, 2]], material, group, merge)
+
+    @classmethod
+    def from_polygons(cls, vertices, material, group, merge: bool = True) -> "Faces":
+        """Return the faces of planar convex polygons, without those that have no area.
+
+        Parameters
+        ----------
+        vertices : (f, 4, 3) float
+            A triangle repeats its last vertex. Equal vertices need not be shared.
+        material, group : (f,) or scalar int
+        merge : bool
+            Join pairs of triangles of one plane, material, group and orientation that share an
+            edge into convex quadrilaterals: the pair whose corners are nearest to 90 degrees
+            first, then the one read first. A pair keeps the place and the first vertex of its
+            first triangle.
+        """
+        v = np.asarray(vertices, float).reshape(-1, 4, 3)
+        material, group = (np.broadcast_to(np.asarray(x, int), len(v)) for x in (material, group))
+        keep = ~_without_area(v)
+        v, material, group = v[keep].copy(), material[keep].copy(), group[keep].copy()
+        degenerate = int(np.count_nonzero(~keep))
+        if merge:
+            first, second, quads = _merged(v, material, group)
+            v[first] = quads
+            v, material, group = (np.delete(x, second, axis=0) for x in (v, material, group))
+        return cls(v, material, group, degenerate)
+
+    @classmethod
+    def concatenate(cls, parts: "list[Faces]") -> "Faces":
+        """Return the faces of all parts, in order; their material and group indices as they are."""
+        if not parts:
+            return cls(np.empty((0, 4, 3)), np.empty(0, int), np.empty(0, int))
+        return cls(
+            np.concatenate([p.vertices for p in parts]),
+            np.concatenate([p.material for p in parts]),
+            np.concatenate([p.group for p in parts]),
+            sum(p.degenerate for p in parts),
+        )
 
     def __len__(self) -> int:
         """Return the number of faces."""
         return len(self.vertices)
+
+    @property
+    def is_triangle(self) -> np.ndarray:
+        """Return (f,) bool: which faces repeat their last vertex."""
+        return np.all(self.vertices[:, 3] == self.vertices[:, 2], axis=1)
+
+    def normals(self) -> np.ndarray:
+        """Return (f, 3) unit normals on the front side."""
+        v = self.vertices
+        cross = np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1])
+        return cross / np.linalg.norm(cross, axis=1, keepdims=True)
+
+    def areas(self) -> np.ndarray:
+        """Return (f,) areas in squared scene units."""
+        v = self.vertices
+        return 0.5 * np.linalg.norm(np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1]), axis=1)
+
+
+def _without_area(v: np.ndarray) -> np.ndarray:
+    """Return (f,) bool: which polygons are lines or points up to rounding."""
+    edge = np.linalg.norm(np.roll(v, -1, axis=1) - v, axis=2).max(axis=1, initial=0)
+    double = np.linalg.norm(np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1]), axis=1)
+    rounding = 4 * np.finfo(float).eps * np.abs(v).max(axis=(1, 2), initial=0)
+    return double <= edge * (1e-12 * edge + rounding)
+
+
+def _merged(v, material, group):
+    """Return first and second face of each pair to join and the quadrilaterals (m, 4, 3)."""
+    triangle = np.flatnonzero(np.all(v[:, 3] == v[:, 2], axis=1))
+    corners = v[triangle][:, :3]
+    surface = material[triangle] * (group.max(initial=0) + 1) + group[triangle]
+    one, two = _neighbours(corners, surface)
+    quads = _joined(corners, one, two)
+    worst = _worst_corner(quads)
+    good = np.flatnonzero(worst <= BLUNTEST)
+    one, two = one[good] // 3, two[good] // 3
+    order = np.lexsort((two, one, np.round(worst[good], 6)))
+    chosen = order[_greedy(one[order], two[order], len(triangle))]
+    return triangle[one[chosen]], triangle[two[chosen]], quads[good[chosen]]
+
+
+def _neighbours(corners, surface):
+    """Return the edges, numbered 3 t + k, of triangles of one surface that meet head to tail."""
+    ids = _welded(corners.reshape(-1, 3)).reshape(-1, 3)
+    start, end = ids.ravel(), np.roll(ids, -1, axis=1).ravel()
+    key = np.minimum(start, end) * (ids.max(initial=0) + 1) + np.maximum(start, end)
+    there, back = np.flatnonzero(start < end), np.flatnonzero(start > end)
+    back = back[np.argsort(key[back], kind="stable")]
+    low = np.searchsorted(key[back], key[there], "left")
+    count = np.searchsorted(key[back], key[there], "right") - low
+    count = np.minimum(count, 8)  # bounds the work where thousands of faces share one edge
+    one = np.repeat(there, count)
+    step = np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)
+    two = back[np.repeat(low, count) + step]
+    same = (surface[one // 3] == surface[two // 3]) & (one // 3 != two // 3)
+    one, two = one[same], two[same]
+    return np.minimum(one, two), np.maximum(one, two)
+
+
+def _welded(points):
+    """Return (n,) numbers that are equal where points (n, 3) coincide.
+
+    Each coordinate is split where sorted values leave a gap, so that no rounding boundary
+    separates near neighbours.
+    """
+    if len(points) == 0:
+        return np.empty(0, int)
+    gap = WELD * np.linalg.norm(np.ptp(points, axis=0))
+    number = np.zeros(len(points), int)
+    for x in points.T:
+        order = np.argsort(x, kind="stable")
+        rank = np.empty(len(x), int)
+        rank[order] = np.concatenate([[0], np.cumsum(np.diff(x[order]) > gap)])
+        number = np.unique(number * (rank.max() + 1) + rank, return_inverse=True)[1].ravel()
+    return number
+
+
+def _joined(corners, one, two):
+    """Return quadrilaterals (m, 4, 3) that begin with the first vertex of triangle one // 3."""
+    t, k = one // 3, one % 3
+    a, b, c = (corners[t, (k + i) % 3] for i in range(3))
+    d = corners[two // 3, (two % 3 + 2) % 3]
+    quads = np.stack([a, d, b, c], axis=1)
+    start = np.array([0, 3, 2])[k]
+    return quads[np.arange(len(t))[:, None], (start[:, None] + np.arange(4)) % 4]
+
+
+def _worst_corner(quads):
+    """Return (m,) the largest |cos| of a corner; inf where not planar or not convex."""
+    edge = np.roll(quads, -1, axis=1) - quads
+    edge /= np.linalg.norm(edge, axis=2, keepdims=True)
+    before = np.roll(edge, 1, axis=1)
+    diagonals = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
+    normal = np.cross(*diagonals)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    height = np.einsum("mkx,mx->mk", quads - quads[:, :1], normal)
+    size = np.max([np.linalg.norm(x, axis=1) for x in diagonals], axis=0)
+    flat = np.ptp(height, axis=1) <= PLANAR * size
+    convex = np.einsum("mkx,mx->mk", np.cross(before, edge), normal).min(axis=1) > 0
+    cosine = np.abs(np.einsum("mkx,mkx->mk", before, edge)).max(axis=1)
+    return np.where(flat & convex, cosine, np.inf)
+
+
+def _greedy(one, two, n):
+    """Return which of the pairs, taken in order, meet two faces that are both still free."""
+    free, chosen = [True] * n, []
+    for k, (i, j) in enumerate(zip(one.tolist(), two.tolist(), strict=True)):
+        if free[i] and free[j]:
+            free[i] = free[j] = False
+            chosen.append(k)
+    return np.array(chosen, int)

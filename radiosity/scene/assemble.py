@@ -1,0 +1,69 @@
+"""Assembling: materials and a camera for a geometry, and the defaults where a scene has none."""
+
+import numpy as np
+
+from radiosity.mesh.faces import Faces
+from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
+from radiosity.scene.model import Camera, Material
+
+DEFAULT_REFLECTANCE = 0.5
+DEFAULT_FOV = 40.0
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+FROM = {"x": (0.45, 0.5, -0.8), "y": (0.5, 0.45, 0.8), "z": (0.5, -0.8, 0.45)}
+
+
+def geometry_problem(geometry: Geometry) -> str | None:
+    """Return what makes a geometry useless, as a sentence, or None."""
+    faces = geometry.faces
+    if len(faces) == 0:
+        return f"there is nothing to light: none of its {faces.degenerate} faces has an area"
+    farthest = np.abs(faces.vertices).max()
+    if not farthest <= LONGEST:
+        return f"a vertex lies {farthest:.3g} from the origin, at most {LONGEST:g} can be computed"
+    if not faces.areas().all():
+        return "a face is too small for its area to be computed: choose a smaller unit"
+    return None
+
+
+def default_material(name: str = DEFAULT) -> Material:
+    """Return the grey material of surfaces that name none that is defined."""
+    grey = np.full(3, DEFAULT_REFLECTANCE)
+    return Material(name, grey, 1 - grey, np.zeros(3))
+
+
+def with_materials(
+    geometry: Geometry, defined: dict[str, Material]
+) -> tuple[Faces, tuple[Material, ...], list[str]]:
+    """Return the faces with indices into a table of materials, the table and notes.
+
+    The scene's own definition wins, then the geometry file's, then the default, which is noted.
+    All defined materials come first, in their order, whether used or not.
+    """
+    table, notes = dict(defined), []
+    for name in geometry.material_names:
+        if name not in table and name not in geometry.materials:
+            named = "faces without a material" if name == DEFAULT else f'material "{name}"'
+            notes.append(
+                f"{named}: not defined, reflects {DEFAULT_REFLECTANCE:g} of all light; "
+                f"[materials.{name}] defines it"
+            )
+        table.setdefault(name, geometry.materials.get(name) or default_material(name))
+    unused = [name for name in defined if name not in geometry.material_names]
+    notes += [f'material "{name}" is defined but no face has it' for name in unused]
+    place = {name: k for k, name in enumerate(table)}
+    index = np.array([place[name] for name in geometry.material_names], int)
+    old = geometry.faces
+    faces = Faces(old.vertices, index[old.material], old.group, old.degenerate)
+    if old.degenerate:
+        notes.append(f"{old.degenerate} faces without area were left out")
+    return faces, tuple(table.values()), notes
+
+
+def default_camera(faces: Faces, up: str) -> Camera:
+    """Return a camera outside that looks at the centre and sees all vertices."""
+    low, high = faces.vertices.min(axis=(0, 1)), faces.vertices.max(axis=(0, 1))
+    centre, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
+    direction = np.array(FROM[up]) / np.linalg.norm(FROM[up])
+    distance = 1.05 * radius / np.sin(np.radians(DEFAULT_FOV / 2))
+    position = centre + distance * direction
+    return Camera(DEFAULT, position, centre, np.array(AXES[up]), DEFAULT_FOV, (512, 512))

@@ -1,0 +1,82 @@
+"""Geometry: the faces that one file or one ``[[geometry]]`` block brings into a scene."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from radiosity.mesh.faces import Faces
+from radiosity.scene.model import Material
+
+DEFAULT = "default"  # name of the material, group or camera of things that name none
+LONGEST = 1e30  # scene units; fourth powers of lengths must stay below the largest double
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Faces with names of their own.
+
+    Attributes
+    ----------
+    faces : Faces
+        ``material`` and ``group`` are indices into the names here.
+    material_names, group_names : tuple of str
+    materials : dict of str to Material
+        What the file itself says of its materials (an MTL library).
+    notes : tuple of str
+        What was decided on the way that a user may want to know.
+    """
+
+    faces: Faces
+    material_names: tuple[str, ...]
+    group_names: tuple[str, ...]
+    materials: dict[str, Material] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def of_material(self, name: str) -> "Geometry":
+        """Return the geometry with all of it made of one material."""
+        faces = replace(self.faces, material=np.zeros(len(self.faces), int))
+        return replace(self, faces=faces, material_names=(name,), materials={})
+
+    def placed(self, matrix: np.ndarray) -> "Geometry":
+        """Return the geometry moved by a matrix (4, 4) that acts on columns.
+
+        A reflection also turns the winding round, so fronts stay fronts.
+        """
+        v = self.faces.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        if np.linalg.det(matrix[:3, :3]) < 0:
+            triangle = self.faces.is_triangle
+            v[triangle] = v[triangle][:, [0, 2, 1, 1]]
+            v[~triangle] = v[~triangle][:, [0, 3, 2, 1]]
+        return replace(self, faces=replace(self.faces, vertices=v))
+
+
+def joined(parts: list[Geometry]) -> Geometry:
+    """Return one geometry of all parts, in order.
+
+    Materials of one name are one material, the first part that describes it wins; groups of
+    different parts stay apart: a name that is taken gets a number ("wall", "wall-2").
+    """
+    materials, groups, described, notes, faces = {}, {}, {}, [], []
+    for part in parts:
+        material = [materials.setdefault(n, len(materials)) for n in part.material_names]
+        group = [groups.setdefault(_free(n, groups), len(groups)) for n in part.group_names]
+        renumbered = replace(
+            part.faces,
+            material=np.array(material, int)[part.faces.material],
+            group=np.array(group, int)[part.faces.group],
+        )
+        faces.append(renumbered)
+        described = part.materials | described
+        notes += part.notes
+    return Geometry(
+        Faces.concatenate(faces), tuple(materials), tuple(groups), described, tuple(notes)
+    )
+
+
+def _free(name, taken):
+    """Return a name that is not taken: itself or with the first free number."""
+    number, free = 1, name
+    while free in taken:
+        number += 1
+        free = f"{name}-{number}"
+    return free

@@ -1,0 +1,310 @@
+"""OBJ: Wavefront geometry and its MTL material libraries.
+
+Read are ``v``, ``f``, ``g``, ``o``, ``usemtl`` and ``mtllib``; in a library ``newmtl``, ``Kd``
+(diffuse reflectance) and ``Ke`` (emitted radiance). Everything else is ignored.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from radiosity.mesh.faces import Faces
+from radiosity.mesh.triangulate import NoArea, convex_quads, triangulate
+from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
+from radiosity.scene.model import Material, SceneError
+
+MOST = 50  # problems listed of one file; the rest is counted
+
+
+@dataclass
+class _Statements:
+    """What the lines of a file say, before anything is converted; one entry a statement."""
+
+    vertex: list = field(default_factory=list)
+    vertex_line: list = field(default_factory=list)
+    corner: list = field(default_factory=list)
+    face_size: list = field(default_factory=list)
+    face_line: list = field(default_factory=list)
+    vertices_before: list = field(default_factory=list)
+    material: list = field(default_factory=list)
+    group: list = field(default_factory=list)
+    material_names: dict = field(default_factory=dict)
+    group_names: dict = field(default_factory=dict)
+    libraries: list = field(default_factory=list)
+    problems: list = field(default_factory=list)
+
+
+def read_obj(
+    text: str, source: str, read_library: Callable[[str], str | None], merge: bool = True
+) -> Geometry:
+    """Return the geometry of an OBJ file.
+
+    Parameters
+    ----------
+    text : str
+        The file's content.
+    source : str
+        Its name, for messages.
+    read_library : callable
+        Returns the text of an MTL file given its name in the OBJ file, None if there is none.
+    merge : bool
+        Join pairs of coplanar triangles, see `Faces.from_polygons`.
+
+    Raises
+    ------
+    SceneError
+        Lists all lines that are wrong: no numbers, no finite numbers, vertices that do not
+        exist, no faces at all; and what is wrong in the libraries.
+    """
+    said = _statements(text)
+    points = _points(said)
+    corners = _corners(said, len(points))
+    materials, notes = _libraries(said, read_library)
+    if not said.problems and not said.face_size:
+        said.problems.append("has no faces: an OBJ file lists them as lines such as f 1 2 3")
+    if said.problems:
+        raise SceneError(source, _shortened(said.problems))
+    polygons, origin, more = _polygons(points, corners, said)
+    if said.problems:
+        raise SceneError(source, _shortened(said.problems))
+    faces = Faces.from_polygons(
+        polygons, np.array(said.material, int)[origin], np.array(said.group, int)[origin], merge
+    )
+    return Geometry(
+        faces, tuple(said.material_names), tuple(said.group_names), materials, tuple(notes + more)
+    )
+
+
+def _statements(text):
+    """Sort the words of all lines by what they say."""
+    said = _Statements()
+    material = group = DEFAULT
+    for number, line in _lines(text):
+        words = line.split()
+        if not words:
+            continue
+        word = words[0]
+        if word == "v":
+            said.vertex.append(words[1:4])
+            said.vertex_line.append(number)
+        elif word == "f":
+            words = line.partition("#")[0].split() if "#" in line else words
+            said.corner += words[1:]
+            said.face_size.append(len(words) - 1)
+            said.face_line.append(number)
+            said.vertices_before.append(len(said.vertex))
+            said.material.append(_index(said.material_names, material))
+            said.group.append(_index(said.group_names, group))
+        elif word == "usemtl":
+            material = _rest(line) or DEFAULT
+        elif word in ("g", "o"):
+            group = _rest(line) or DEFAULT
+        elif word == "mtllib":
+            said.libraries.append((number, _rest(line)))
+    return said
+
+
+def _lines(text):
+    """Return (number, line) of all lines; a backslash at the end joins the next one."""
+    lines = enumerate(text.split("\n"), 1)
+    if "\\" not in text:
+        return lines
+    whole, start = [], None
+    for number, line in lines:
+        if start is None:
+            start, kept = number, ""
+        if line.endswith("\\"):
+            kept += line[:-1] + " "
+            continue
+        whole.append((start, kept + line))
+        start = None
+    return whole
+
+
+def _rest(line):
+    parts = line.strip().split(None, 1)
+    return parts[1] if len(parts) > 1 else ""
+
+
+def _index(names, name):
+    return names.setdefault(name, len(names))
+
+
+def _points(said):
+    """Return vertices (n, 3); wrong lines become problems."""
+    try:
+        points = np.array(said.vertex, float).reshape(-1, 3)
+        if (np.abs(points) <= LONGEST).all():  # false for nan
+            return points
+    except ValueError:
+        pass
+    for number, words in zip(said.vertex_line, said.vertex, strict=True):
+        numbers = _numbers(words, 3)
+        if numbers is None or max(map(abs, numbers)) > LONGEST:
+            said.problems.append(
+                f"line {number}: v {' '.join(words)}: a vertex is three finite numbers x y z, "
+                f"at most {LONGEST:g}"
+            )
+    return np.zeros((len(said.vertex), 3))
+
+
+def _numbers(words, count):
+    """Return words as finite floats, None if there are not exactly ``count`` or they are not."""
+    try:
+        numbers = [float(w) for w in words]
+    except ValueError:
+        return None
+    return numbers if len(numbers) == count and np.isfinite(numbers).all() else None
+
+
+def _corners(said, n):
+    """Return the vertex index of every corner, from 0; wrong lines become problems."""
+    size = np.array(said.face_size, int)
+    try:
+        index = np.array([int(word.partition("/")[0]) for word in said.corner], np.int64)
+        before = np.repeat(np.array(said.vertices_before, np.int64), size)
+        resolved = np.where(index < 0, index + before, index - 1)
+        if (size >= 3).all() and ((resolved >= 0) & (resolved < n) & (index != 0)).all():
+            return resolved
+    except (ValueError, OverflowError):
+        pass
+    start = 0
+    for number, count, before in zip(
+        said.face_line, said.face_size, said.vertices_before, strict=True
+    ):
+        words = said.corner[start : start + count]
+        said.problems += [f"line {number}: {p}" for p in _face_problems(words, before, n)]
+        start += count
+    return np.zeros(0, np.int64)
+
+
+def _face_problems(words, before, n):
+    if len(words) < 3:
+        yield f"f {' '.join(words)}: a face needs at least 3 corners, found {len(words)}"
+    for word in words:
+        try:
+            index = int(word.partition("/")[0])
+        except ValueError:
+            yield f"f ... {word}: a corner is v, v/vt, v//vn or v/vt/vn with whole numbers"
+            continue
+        if index == 0:
+            yield "f ... 0: vertices are counted from 1, or back from -1"
+        elif index > n:
+            yield f"f ... {word}: vertex {index} does not exist, the file has {n}"
+        elif index < -before:
+            yield f"f ... {word}: vertex {index} does not exist, {before} were given so far"
+
+
+def _polygons(points, corners, said):
+    """Return convex polygons (k, 4, 3), the face each came from and notes."""
+    size = np.array(said.face_size, int)
+    first = np.cumsum(size) - size
+    three, four = np.flatnonzero(size == 3), np.flatnonzero(size == 4)
+    triangles = points[corners[first[three, None] + [0, 1, 2, 2]]]
+    quads = points[corners[first[four, None] + np.arange(4)]]
+    whole = convex_quads(quads)
+    hard = np.concatenate([four[~whole], np.flatnonzero(size > 4)])
+    parts, origin, notes = [triangles, quads[whole]], [three, four[whole]], []
+    flat = 0
+    for f in np.sort(hard):
+        split, problem = _split(points[corners[first[f] : first[f] + size[f]]])
+        if problem:
+            said.problems.append(f"line {said.face_line[f]}: the face {problem}")
+        flat += split is None
+        if split is not None:
+            parts.append(split)
+            origin.append(np.full(len(split), f))
+    if flat:
+        notes.append(f"{flat} faces with all corners on one line were left out")
+    origin = np.concatenate(origin)
+    order = np.argsort(origin, kind="stable")
+    return np.concatenate(parts)[order], origin[order], notes
+
+
+def _split(polygon):
+    """Return convex parts of one face, None if it has no area; and what is wrong with it.
+
+    Corners in files are rounded: a polygon that is not flat is split as it is drawn.
+    """
+    try:
+        return triangulate(polygon, flatness=np.inf), None
+    except NoArea:
+        return None, None
+    except ValueError as error:
+        return np.empty((0, 4, 3)), str(error)
+
+
+def _libraries(said, read_library):
+    """Return the materials of all MTL files and notes; what is wrong becomes a problem."""
+    materials, notes = {}, []
+    for number, rest in said.libraries:
+        text = _library_text(number, rest, read_library, said.problems)
+        if text is None:
+            notes.append(
+                f"line {number}: the material library {rest} is not there: its materials come "
+                "from the scene file or reflect 0.5"
+            )
+            continue
+        for name, file_text in text.items():
+            found, problems = read_mtl(file_text)
+            materials = found | materials
+            said.problems += [f"line {number}: {name}: {p}" for p in problems]
+            if found:
+                notes.append(
+                    f"{name}: Kd is read as diffuse reflectance, Ke as emitted radiance "
+                    "in W/(m2 sr), everything else is ignored"
+                )
+    return materials, notes
+
+
+def _library_text(number, rest, read_library, problems):
+    """Return {name: text} of the files a ``mtllib`` line names, None if one is missing."""
+    for names in ([rest], rest.split()):
+        try:
+            texts = {name: read_library(name) for name in names}
+        except SceneError as error:
+            problems += [f"line {number}: mtllib {rest}: {p}" for p in error.problems]
+            return {}
+        if texts and None not in texts.values():
+            return texts
+    return None
+
+
+def read_mtl(text: str) -> tuple[dict[str, Material], list[str]]:
+    """Return the materials of an MTL file by name, and its problems."""
+    values, problems, name = {}, [], None
+    for number, line in enumerate(text.split("\n"), 1):
+        words = line.partition("#")[0].split()
+        if not words:
+            continue
+        if words[0] == "newmtl":
+            name = _rest(line)
+            values[name] = {"Kd": np.full(3, 0.5), "Ke": np.zeros(3)}
+        elif words[0] in ("Kd", "Ke"):
+            rgb = _numbers(words[1:] * (3 if len(words) == 2 else 1), 3)
+            problem = _mtl_problem(words, rgb, name)
+            if problem:
+                problems.append(f"line {number}: {problem}")
+            else:
+                values[name][words[0]] = np.array(rgb)
+    made = {n: Material(n, v["Kd"], 1 - v["Kd"], v["Ke"]) for n, v in values.items()}
+    return made, problems
+
+
+def _mtl_problem(words, rgb, name):
+    said = " ".join(words)
+    if name is None:
+        return f"{said} comes before the first newmtl: name the material it belongs to"
+    if rgb is None:
+        return f"{said} must be one or three finite numbers (spectral and xyz forms are not read)"
+    if min(rgb) < 0:
+        return f"{said} must not be negative"
+    if words[0] == "Kd" and max(rgb) > 1:
+        return f"{said} must lie in [0, 1]: a surface cannot reflect more than it receives"
+    return None
+
+
+def _shortened(problems):
+    more = len(problems) - MOST
+    return problems[:MOST] + ([f"and {more} more problems like these"] if more > 0 else [])

@@ -1,0 +1,364 @@
+"""Scene files: TOML text to a `Scene`, every mistake reported at once."""
+
+import re
+import tomllib
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from radiosity.light import photometry
+from radiosity.mesh.faces import Faces
+from radiosity.mesh.triangulate import triangulate
+from radiosity.scene.assemble import (
+    AXES,
+    DEFAULT_REFLECTANCE,
+    default_camera,
+    geometry_problem,
+    with_materials,
+)
+from radiosity.scene.geometry import DEFAULT, Geometry, joined
+from radiosity.scene.model import Camera, Material, Phong, Scene, SceneError, Truth
+from radiosity.scene.schema import (
+    ABSORPTANCE,
+    POINT,
+    REFLECTANCE,
+    ROUNDING,
+    UNITS,
+    CameraTable,
+    EmissionTable,
+    GeometryTable,
+    MaterialTable,
+    SceneTable,
+    TruthTable,
+    Wrong,
+    at,
+    checked,
+    dotted,
+    nearest,
+)
+
+
+def read_toml(
+    text: str,
+    source: str,
+    read_geometry: Callable[[str], Geometry],
+    name: str = "",
+    merge: bool = True,
+) -> Scene:
+    """Return the scene that a TOML text describes.
+
+    Parameters
+    ----------
+    text : str
+    source : str
+        The file's name, for messages and `Scene.source`.
+    read_geometry : callable
+        Returns the geometry of a file named in the text; raises SceneError.
+    name : str
+        The scene's name if the text gives none.
+    merge : bool
+        Join pairs of coplanar triangles, see `Faces.from_polygons`.
+
+    Raises
+    ------
+    SceneError
+        With one problem for every mistake in the text and in the files it names.
+    """
+    raw, problems = _parsed(text, source), []
+    top = checked(SceneTable, raw, (), problems)
+    parts = _parts(raw.get("geometry", []), read_geometry, merge, problems)
+    materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
+    cameras = _tables(CameraTable, raw, "cameras", problems, _camera_problems)
+    truth = _truth(raw, problems)
+    if problems:
+        raise SceneError(source, problems)
+    geometry = joined(parts)
+    useless = geometry_problem(geometry)
+    problems += [f"geometry: {useless}"] if useless else []
+    problems += _truth_name_problems(truth, (*materials, *geometry.material_names), geometry)
+    if problems:
+        raise SceneError(source, problems)
+    scene = Scene(
+        name=top.name or name,
+        faces=geometry.faces,
+        materials=(),
+        groups=geometry.group_names,
+        cameras={key: _camera(key, camera, top.up) for key, camera in cameras.items()},
+        unit=top.unit,
+        unit_m=UNITS[top.unit],
+        up=top.up,
+        truth=truth,
+        source=source,
+        notes=geometry.notes,
+    )
+    return _completed(scene, geometry, materials)
+
+
+def _completed(scene, geometry, tables):
+    """Return a scene with its materials, and with a camera where it has none."""
+    made, notes = _materials(tables, geometry, scene.unit_m)
+    faces, materials, more = with_materials(geometry, made)
+    cameras = scene.cameras
+    if not cameras:
+        cameras = {DEFAULT: default_camera(faces, scene.up)}
+        more.append("no camera is given: one outside looks at the whole scene")
+    notes = (*scene.notes, *notes, *more)
+    return replace(scene, faces=faces, materials=materials, cameras=cameras, notes=notes)
+
+
+def _parsed(text, source):
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        found = re.fullmatch(r"(.*) \((?:at )?(.*)\)", str(error), re.S)
+        problem = f"{found[2]}: {found[1]}" if found else str(error)
+        raise SceneError(source, [f"{problem} (this is not valid TOML)"]) from None
+    except RecursionError:
+        raise SceneError(source, ["arrays or tables are nested too deeply"]) from None
+    except ValueError as error:  # a whole number of thousands of digits
+        raise SceneError(source, [f"a number cannot be read: {error}"]) from None
+
+
+def _tables(model, raw, key, problems, cross_check):
+    """Return the tables ``[key.NAME]`` that are right; what is wrong becomes problems."""
+    tables = raw.get(key, {})
+    good = {}
+    for name, table in tables.items() if isinstance(tables, dict) else ():
+        good[name] = checked(model, table, (key, name), problems)
+        if isinstance(table, dict):
+            problems += cross_check(table, (key, name))
+    return good
+
+
+def _value(table, key, check, default=None):
+    """Return what a check makes of a key, None where it finds something wrong."""
+    try:
+        return check(table[key]) if isinstance(table, dict) and key in table else default
+    except Wrong:
+        return None
+
+
+def _material_problems(table, path):
+    """Return what is wrong between the keys of a material."""
+    problems = []
+    if "diffuse" in table and "absorptance" in table:
+        problems.append(
+            f"{dotted(path)} gives both diffuse and absorptance: give one, "
+            "as absorptance = 1 - diffuse"
+        )
+    kept = _value(table, "absorptance", ABSORPTANCE)
+    diffuse = _value(table, "diffuse", REFLECTANCE, None if kept is None else 1 - np.array(kept))
+    gloss = _value(table.get("specular"), "reflectance", REFLECTANCE)
+    if diffuse is not None and gloss is not None:
+        total = np.add(diffuse, gloss)
+        if total.max() > 1 + ROUNDING:
+            band = "rgb"[int(np.argmax(total))]
+            problems.append(
+                f"{dotted(path)}: diffuse + specular.reflectance = {total.max():.6g} in band "
+                f"{band} must be at most 1: a surface cannot reflect more than it receives; "
+                "lower one of them"
+            )
+    return problems + _emission_problems(table.get("emission"), (*path, "emission"))
+
+
+def _emission_problems(table, path):
+    if not isinstance(table, dict):
+        return []
+    known = [key for key in table if key in EmissionTable.model_fields]
+    if len(known) == 1 or (not known and table):
+        return []
+    found = " and ".join(known) or "nothing"
+    return [f"{dotted(path)} gives {found}: give one of {', '.join(EmissionTable.model_fields)}"]
+
+
+def _camera_problems(table, path):
+    """Return what is wrong between the keys of a camera."""
+    position, target = _value(table, "position", POINT), _value(table, "target", POINT)
+    up = _value(table, "up", POINT)
+    if position is None or target is None:
+        return []
+    if _nothing(np.subtract(target, position), np.add(np.abs(target), np.abs(position))):
+        return [f"{dotted(path)} looks from {list(position)} at the same point: move its target"]
+    if up is None:
+        return []
+    if not np.any(up):
+        return [at((*path, "up"), list(up), "must not be zero: it is a direction")]
+    if _parallel(up, np.subtract(target, position)):
+        text = "must not be parallel to the view from position to target: give any other direction"
+        return [at((*path, "up"), list(up), text)]
+    return []
+
+
+def _nothing(step, scale):
+    return np.linalg.norm(step) <= 1e-12 * np.linalg.norm(scale)
+
+
+def _parallel(a, b):
+    a, b = (np.asarray(v, float) / np.abs(v).max() for v in (a, b))
+    return np.linalg.norm(np.cross(a, b)) <= 1e-6 * np.linalg.norm(a) * np.linalg.norm(b)
+
+
+def _parts(blocks, read_geometry, merge, problems):
+    """Return the geometry of every ``[[geometry]]`` block that is right."""
+    if isinstance(blocks, list) and not blocks:
+        problems.append(
+            'geometry is missing: a scene needs at least one [[geometry]] with file = "..." '
+            "or polygons = [...]"
+        )
+    parts = []
+    for k, raw in enumerate(blocks if isinstance(blocks, list) else []):
+        path = ("geometry", k)
+        block = checked(GeometryTable, raw, path, problems)
+        matrix = None
+        if isinstance(raw, dict):
+            problems += _source_problems(raw, path)
+        if block is not None:
+            matrix = _placement(block, path, problems)
+            part = _part(block, path, read_geometry, merge, problems)
+            if part is not None and matrix is not None:
+                parts.append(part.placed(matrix))
+    return parts
+
+
+def _source_problems(raw, path):
+    """Return what is wrong between the keys of a geometry block."""
+    found = [key for key in ("file", "polygons") if key in raw]
+    if len(found) != 1:
+        gives = " and ".join(found) or "neither file nor polygons"
+        yield f'{dotted(path)} gives {gives}: give either file = "..." or polygons = [...]'
+    others = [key for key in ("translate", "rotate", "scale") if key in raw]
+    if "transform" in raw and others:
+        yield f"{dotted(path)} gives transform and {' and '.join(others)}: give one or the other"
+
+
+def _placement(block, path, problems):
+    """Return the matrix (4, 4) of a block: scale, then rotate about x, y, z, then translate."""
+    key = "transform" if block.transform else "scale"
+    matrix = np.eye(4) if block.transform is None else np.array(block.transform)
+    if block.transform is None:
+        rotations = (_rotation(axis, a) for axis, a in enumerate(block.rotate or (0, 0, 0)))
+        linear = np.diag(block.scale or (1.0, 1.0, 1.0))
+        for rotation in rotations:
+            linear = rotation @ linear
+        matrix[:3, :3], matrix[:3, 3] = linear, block.translate or (0, 0, 0)
+    elif not np.array_equal(matrix[3], [0, 0, 0, 1]):
+        text = "must be [0, 0, 0, 1]: the last row of a transform that keeps planes planar"
+        problems.append(at((*path, key, 3), matrix[3].tolist(), text))
+    stretch = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+    if not stretch[2] > 1e-12 * stretch[0]:
+        value = getattr(block, key)
+        problems.append(at((*path, key), value, "must not flatten the geometry to a plane"))
+    return matrix
+
+
+def _rotation(axis, degrees):
+    """Return the matrix (3, 3) that turns counter-clockwise seen from the tip of an axis."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    matrix = np.eye(3)
+    matrix[i, i], matrix[i, j], matrix[j, i], matrix[j, j] = c, -s, s, c
+    return matrix
+
+
+def _part(block, path, read_geometry, merge, problems):
+    """Return the geometry of a block as its file or its polygons give it."""
+    if block.polygons is not None:
+        return _inline(block, path, merge, problems)
+    if block.file is None:
+        return None
+    try:
+        part = read_geometry(block.file)
+    except SceneError as error:
+        problems += [at((*path, "file"), block.file, p) for p in error.problems]
+        return None
+    return part.of_material(block.material) if block.material else part
+
+
+def _inline(block, path, merge, problems):
+    """Return inline polygons; one group a block, named after its material."""
+    pieces = []
+    for k, polygon in enumerate(block.polygons):
+        try:
+            pieces.append(triangulate(np.array(polygon).reshape(-1, 3)))
+        except ValueError as error:
+            problems.append(f"{dotted((*path, 'polygons', k))} {error}")
+    if not block.polygons:
+        problems.append(f"{dotted((*path, 'polygons'))} is empty: list at least one polygon")
+    if not pieces:
+        return None
+    name = block.material or DEFAULT
+    return Geometry(Faces.from_polygons(np.concatenate(pieces), 0, 0, merge), (name,), (name,))
+
+
+def _truth(raw, problems):
+    if not isinstance(raw.get("truth"), dict):
+        return None
+    table = checked(TruthTable, raw["truth"], ("truth",), problems)
+    if table is None:
+        return None
+    radiosity = {name: np.array(rgb) for name, rgb in table.radiosity.items()}
+    return Truth(radiosity, table.relative_tolerance, table.mesh)
+
+
+def _truth_name_problems(truth, materials, geometry):
+    known = dict.fromkeys((*materials, *geometry.group_names))
+    for name in truth.radiosity if truth else ():
+        if name and name not in known:
+            path = dotted(("truth", "radiosity", name))
+            yield f"{path} is neither a material nor a group: {nearest(name, known)}"
+
+
+def _materials(tables, geometry, unit_m):
+    """Return the materials of the scene file by name, and notes."""
+    made, notes = {}, []
+    areas = geometry.faces.areas() * unit_m**2
+    for name, table in tables.items():
+        used = name in geometry.material_names
+        faces = geometry.faces.material == (geometry.material_names.index(name) if used else -1)
+        diffuse, absorptance, note = _diffuse(name, table)
+        notes += [note] if note else []
+        emission = _radiance(table.emission, float(areas[faces].sum()))
+        gloss = table.specular
+        phong = gloss and Phong(np.array(gloss.reflectance), gloss.exponent)
+        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided)
+    return made, notes
+
+
+def _diffuse(name, table):
+    """Return reflectance and absorptance (3,), and a note where neither is given."""
+    if table.absorptance is not None:
+        absorptance = np.array(table.absorptance)
+        return 1 - absorptance, absorptance, None
+    if table.diffuse is not None:
+        return np.array(table.diffuse), 1 - np.array(table.diffuse), None
+    value = 0.0 if table.specular else DEFAULT_REFLECTANCE
+    diffuse = np.full(3, value)
+    return diffuse, 1 - diffuse, f'material "{name}" gives no diffuse: {value:g} is taken'
+
+
+def _radiance(emission, area):
+    """Return the emitted radiance (3,) in W/(m2 sr) of a material of some area in m2."""
+    if emission is None:
+        return np.zeros(3)
+    if emission.radiance is not None:
+        return np.array(emission.radiance)
+    if emission.exitance is not None:
+        return photometry.radiance_from_exitance(emission.exitance)
+    if emission.luminance is not None:
+        return photometry.radiance_from_luminance(emission.luminance)
+    if area == 0:
+        return np.zeros(3)
+    if emission.radiant_flux is not None:
+        return photometry.radiance_from_radiant_flux(emission.radiant_flux, area)
+    return photometry.radiance_from_luminous_flux(emission.luminous_flux, area)
+
+
+def _camera(name, table, up):
+    view = np.subtract(table.target, table.position)
+    axis = np.array(table.up or AXES[up])
+    if table.up is None and _parallel(axis, view):
+        axis = np.array(AXES["y" if up == "z" else "z"])
+    return Camera(
+        name, np.array(table.position), np.array(table.target), axis, table.fov, table.size
+    )

@@ -1,0 +1,119 @@
+"""What reaching an accuracy takes: mesh, rays, samples and tolerance; and whether it fits."""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.mesh.faces import Faces
+from radiosity.mesh.patches import divisions
+
+FEWEST, MOST = 150, 6000
+PATCHES_AT_UNIT_ACCURACY = 15.0  # gathered irradiance is of second order in the patch size
+
+
+class Refused(RuntimeError):
+    """The plan needs more memory than it may take; nothing was computed."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a scene will be solved.
+
+    Attributes
+    ----------
+    accuracy : float
+        Asked bound of the relative error (95th percentile over the surfaces).
+    shape : (f, 2) int
+        Cells a face is divided into, see `divisions`.
+    rays : int
+        Shadow rays for a pair of patches.
+    samples : int
+        Rays from a point that looks around; a quarter of them goes to each light.
+    tolerance : float
+        Of the solver, relative.
+    """
+
+    accuracy: float
+    shape: np.ndarray
+    rays: int
+    samples: int
+    tolerance: float
+
+    @property
+    def cells(self) -> int:
+        """Return how many cells the faces are divided into."""
+        n, m = self.shape.T
+        return int(np.where(m == 0, n * n, n * m).sum())
+
+
+def make_plan(faces: Faces, accuracy: float, mesh: str = "auto") -> Plan:
+    """Choose mesh, rays, samples and tolerance for an accuracy.
+
+    Parameters
+    ----------
+    faces : Faces
+    accuracy : float
+        In (0, 1).
+    mesh : str
+        ``auto``; ``input`` for the faces as they are; or N for N x N cells a face.
+
+    Raises
+    ------
+    ValueError
+        Accuracy or mesh out of range.
+    """
+    if not 1e-4 <= accuracy < 1:
+        raise ValueError(
+            f"accuracy = {accuracy:g} must lie in [0.0001, 1): 0.02 asks for 2 percent"
+        )
+    wanted = min(max(PATCHES_AT_UNIT_ACCURACY / accuracy, FEWEST), MOST)
+    rays = 16 if accuracy >= 0.01 else 64
+    samples = int(2 ** np.clip(np.ceil(np.log2(20 / accuracy)), 8, 14))
+    return Plan(accuracy, _shape(faces, mesh, wanted), rays, samples, 1e-5 * accuracy)
+
+
+def _shape(faces, mesh, wanted):
+    if mesh == "auto":
+        return divisions(faces, np.sqrt(faces.areas().sum() / wanted))
+    if mesh == "input":
+        count = 1
+    elif mesh.isdigit() and 0 < int(mesh) <= 1024:
+        count = int(mesh)
+    else:
+        raise ValueError(f"mesh = {mesh!r} must be auto, input or a number from 1 to 1024")
+    return np.where(faces.is_triangle[:, None], [count, 0], [count, count])
+
+
+def memory_needed(patches: int) -> int:
+    """Return the bytes that a dense solution of so many patches takes at its peak."""
+    return 8 * patches**2 + 24 * patches**2 // 2
+
+
+def check_memory(patches: int, limit: float | None) -> None:
+    """Raise `Refused` where the dense matrix would not fit into ``limit`` bytes.
+
+    ``None`` allows half of what is free.
+    """
+    limit = free_memory() / 2 if limit is None else limit
+    needed = memory_needed(patches)
+    if needed > limit:
+        raise Refused(
+            f"{patches} patches need about {needed / 1e9:.1f} GB, more than the {limit / 1e9:.1f} "
+            "GB allowed: use a larger --accuracy, a coarser --mesh, or allow more with --memory"
+        )
+
+
+def free_memory() -> float:
+    """Return the bytes of memory that are free now (4 GB where the system does not say)."""
+    try:
+        with open("/proc/meminfo") as info:
+            for line in info:
+                if line.startswith("MemAvailable"):
+                    return 1024.0 * int(line.split()[1])
+    except OSError:
+        pass
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")) / 2
+    except (ValueError, OSError, AttributeError):
+        return 4e9

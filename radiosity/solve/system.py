@@ -1,0 +1,60 @@
+"""From a scene's materials to the terms of the radiosity system, a patch and band each."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.light.reflection import phong_albedo
+from radiosity.mesh.patches import Patches
+from radiosity.scene.model import Material, Scene
+from radiosity.transport.irradiance import AreaLights
+
+MOST_LIGHTS = 32  # more emitting faces than this are not sampled one by one
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Per patch: reflectance rho and emission M_e, (n, 3); where dead both are 0."""
+
+    reflectance: np.ndarray
+    emission: np.ndarray
+
+
+def reflectance_of(material: Material) -> np.ndarray:
+    """Return the (3,) share of diffuse light that a material sends back.
+
+    A specular lobe counts with its albedo under diffuse light, spread evenly.
+    """
+    rho = material.diffuse
+    if material.specular is not None:
+        lobe = material.specular
+        rho = rho + lobe.reflectance * _mean_albedo(lobe.exponent)
+    return rho
+
+
+def _mean_albedo(exponent: float) -> float:
+    """Return the albedo of a unit Phong lobe under diffuse light, 2 int a(c) c dc."""
+    x, w = np.polynomial.legendre.leggauss(32)
+    cosine = (x + 1) / 2
+    return float(w @ (phong_albedo(exponent, cosine) * cosine))
+
+
+def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:
+    """Return reflectance and emission of every patch; backs reflect only where two-sided."""
+    material = scene.faces.material[patches.face]
+    rho = np.array([reflectance_of(m) for m in scene.materials])[material]
+    two_sided = np.array([m.two_sided for m in scene.materials])[material]
+    emission = np.pi * np.array([m.emission for m in scene.materials])[material]
+    rho[~live | ~(patches.front | two_sided)] = 0.0
+    emission[~live | ~patches.front] = 0.0
+    return Terms(rho, emission)
+
+
+def area_lights(scene: Scene) -> AreaLights:
+    """Return the emitting faces to sample one by one: all of them, or none where too many."""
+    emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
+    which = np.flatnonzero(emits)
+    if len(which) > MOST_LIGHTS:
+        which = which[:0]
+    exitance = np.pi * np.array([m.emission for m in scene.materials])[scene.faces.material]
+    return AreaLights(scene.faces.vertices[which], scene.faces.normals()[which], exitance[which])

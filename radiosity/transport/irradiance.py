@@ -1,0 +1,134 @@
+"""Irradiance at points: from area lights exactly, from the solved patches by looking around."""
+
+from collections import namedtuple
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from radiosity.transport.hemisphere import look_out
+from radiosity.transport.lookup import Table
+from radiosity.transport.occlusion import seen_share
+from radiosity.transport.polygon import point_factor
+from radiosity.transport.visibility import Visibility
+
+Field = namedtuple("Field", "row value gradient centroid outside")
+Field.__doc__ = """What patches send out, as seen by rays.
+
+row (2 * fronts,): patch of a side, -1 where dark; value (n, bands) exitance in W/m2 and gradient
+(n, bands, 3) a scene unit about centroid (n, 3); outside (bands,) exitance of the environment.
+"""
+
+
+@dataclass(frozen=True)
+class AreaLights:
+    """Polygons that shine from their front, sampled one by one.
+
+    Attributes
+    ----------
+    polygons : (l, 4, 3) float64
+    normals : (l, 3) float64
+    exitance : (l, bands) float64
+        W/m2.
+    """
+
+    polygons: np.ndarray
+    normals: np.ndarray
+    exitance: np.ndarray
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """All that is needed to find the light that arrives at a point.
+
+    ``field`` holds what patches send out beside what ``lights`` emits.
+    """
+
+    visibility: Visibility
+    table: Table
+    field: Field
+    lights: AreaLights
+
+
+@njit(cache=True, nogil=True)
+def _collect(sides, hits, field, centre, scale, smooth, flat):
+    bands = len(field.outside)
+    count = sides.shape[1]
+    d = np.empty(3)
+    for p in range(len(sides)):
+        for k in range(count):
+            side = sides[p, k]
+            row = field.row[side] if side >= 0 else -1
+            if row < 0:
+                for b in range(bands if side < 0 else 0):
+                    smooth[p, b] += field.outside[b] / count
+                    flat[p, b] += field.outside[b] / count
+                continue
+            for c in range(3):
+                d[c] = centre[c] + hits[p, k, c] / scale - field.centroid[row, c]
+            for b in range(bands):
+                g = field.gradient[row, b]
+                value = field.value[row, b] + g[0] * d[0] + g[1] * d[1] + g[2] * d[2]
+                smooth[p, b] += max(0.0, value) / count
+                flat[p, b] += field.value[row, b] / count
+
+
+def indirect_irradiance(around: Surroundings, points, normals, keys, samples: range, seed: int):
+    """Irradiance that patches cause at points, by cosine-distributed rays (E6).
+
+    Parameters
+    ----------
+    points, normals : (k, 3) float64
+        Scene units, unit vectors.
+    keys : (k,) int
+        What the sample pattern of a point is hashed from.
+    samples : range
+        Which points of the sequence to use.
+
+    Returns
+    -------
+    smooth, flat : (k, bands) float64
+        W/m2, with radiosities linear and constant over each patch.
+    """
+    visibility = around.visibility
+    sides, hits = look_out(visibility, around.table, points, normals, keys, samples, seed)
+    smooth = np.zeros((len(points), len(around.field.outside)))
+    flat = np.zeros_like(smooth)
+    _collect(sides, hits, around.field, visibility.centre, visibility.scale, smooth, flat)
+    return smooth, flat
+
+
+def carried(around: Surroundings, sides: np.ndarray, hits: np.ndarray) -> np.ndarray:
+    """Return (k, bands) exitance in W/m2 that each ray's end sends back, lights apart."""
+    visibility = around.visibility
+    smooth = np.zeros((len(sides), len(around.field.outside)))
+    _collect(
+        sides[:, None], hits[:, None], around.field, visibility.centre, visibility.scale,
+        smooth, np.zeros_like(smooth),
+    )  # fmt: skip
+    return smooth
+
+
+@njit(cache=True, nogil=True)
+def _point_factors(points, normals, polygons, factors):
+    for p in range(len(points)):
+        x, n = points[p], normals[p]
+        for q in range(len(polygons)):
+            factors[p, q] = point_factor(x[0], x[1], x[2], n[0], n[1], n[2], polygons[q])
+
+
+def direct_irradiance(around: Surroundings, points, normals, keys, samples: range, seed: int):
+    """Irradiance (k, bands) in W/m2 that area lights cause at points (E2, E5).
+
+    The exact factor from the point to each light times the share that shadow rays let through.
+    """
+    lights = around.lights
+    factors = np.empty((len(points), len(lights.polygons)))
+    _point_factors(points, normals, lights.polygons, factors)
+    if not around.visibility.convex:
+        pairs = np.argwhere(factors)
+        here = np.repeat(points[:, None], 4, axis=1), normals
+        there = lights.polygons, lights.normals
+        share = seen_share(around.visibility, pairs, here, there, keys, samples, seed)
+        factors[pairs[:, 0], pairs[:, 1]] *= share
+    return factors @ lights.exitance

@@ -1,0 +1,72 @@
+"""Sample points that are even, repeatable and the same for any number of threads.
+
+Sobol points in four dimensions, shifted digit by digit with a hash of what is sampled
+(Sobol 1967; direction numbers of Joe & Kuo 2008).
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+BITS = 32
+UNIT = 1.0 / 4294967296.0
+
+
+def _direction_numbers() -> np.ndarray:
+    """Return (4, 32) direction numbers: van der Corput, then the polynomials of degree 1 to 3."""
+    table = np.zeros((4, BITS), np.uint64)
+    table[0] = [1 << (31 - k) for k in range(BITS)]
+    for row, (degree, inner, start) in enumerate([(1, 0, [1]), (2, 1, [1, 3]), (3, 1, [1, 3, 1])]):
+        m = list(start)
+        for k in range(degree, BITS):
+            value = m[k - degree] ^ (m[k - degree] << degree)
+            for q in range(1, degree):
+                if (inner >> (degree - 1 - q)) & 1:
+                    value ^= m[k - q] << q
+            m.append(value)
+        table[row + 1] = [m[k] << (31 - k) for k in range(BITS)]
+    return table
+
+
+DIRECTIONS = _direction_numbers()
+
+
+@njit(cache=True, nogil=True)
+def hashed(a, b, c):
+    """Mix three integers into 64 well-scrambled bits (splitmix64)."""
+    x = np.uint64(a) * np.uint64(0x9E3779B97F4A7C15)
+    x ^= np.uint64(b) + np.uint64(0xD1B54A32D192ED03) + (x << np.uint64(6))
+    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    x ^= np.uint64(c) * np.uint64(0x94D049BB133111EB)
+    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return x ^ (x >> np.uint64(31))
+
+
+@njit(cache=True, nogil=True)
+def sobol(index, dimension, shift):
+    """Coordinate of one Sobol point in [0, 1), its digits shifted by 32 bits of ``shift``."""
+    bits = np.uint64(0)
+    k = 0
+    while index:
+        if index & 1:
+            bits ^= DIRECTIONS[dimension, k]
+        index >>= 1
+        k += 1
+    return float(bits ^ (shift & np.uint64(0xFFFFFFFF))) * UNIT
+
+
+@njit(cache=True, nogil=True)
+def cosine_direction(u, v, n, out):
+    """Write a direction about the unit normal n with density cos(theta)/pi into out.
+
+    Polar map of the unit square; frame of Duff et al. 2017.
+    """
+    r, phi = math.sqrt(u), 2.0 * math.pi * v
+    x, y, z = r * math.cos(phi), r * math.sin(phi), math.sqrt(max(0.0, 1.0 - u))
+    sign = math.copysign(1.0, n[2])
+    a = -1.0 / (sign + n[2])
+    b = n[0] * n[1] * a
+    out[0] = x * (1.0 + sign * n[0] * n[0] * a) + y * b + z * n[0]
+    out[1] = x * sign * b + y * (sign + n[1] * n[1] * a) + z * n[1]
+    out[2] = -x * sign * n[0] - y * n[1] + z * n[2]

@@ -1,0 +1,86 @@
+"""What light can reach, and where a scene is open: measured with rays before any factor."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.mesh.patches import Patches
+from radiosity.transport.hemisphere import MISS, look_out
+from radiosity.transport.lookup import Table
+from radiosity.transport.threads import over_ranges
+from radiosity.transport.visibility import Visibility
+
+RAYS = 256
+CHUNK = 256
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Which sides of the patches light reaches, and what they see of the outside.
+
+    Attributes
+    ----------
+    lit : (fronts, 2) bool
+        Front and back: reached by light, directly or after reflections.
+    open_share : (fronts, 2) float64
+        Fraction of a lit side's hemisphere that leaves the scene (its factor to the
+        environment, by 256 rays); NaN where not lit.
+    """
+
+    lit: np.ndarray
+    open_share: np.ndarray
+
+    @property
+    def closed(self) -> bool:
+        """Whether no lit side sees the outside."""
+        return not np.any(self.open_share > 0)
+
+
+def survey(
+    visibility: Visibility, table: Table, patches: Patches, sources: np.ndarray, seed: int = 0
+) -> Survey:
+    """Follow light from the sides that send it out to every side it can reach.
+
+    Parameters
+    ----------
+    patches : Patches
+        Fronts only.
+    sources : (fronts, 2) bool
+        Sides that emit; where light enters from outside, every side that sees the outside.
+    """
+    fronts = patches.fronts
+    lit = sources.copy()
+    lit[patches.covered, 0] = False
+    open_share = np.full((fronts, 2), np.nan)
+    new = np.flatnonzero(lit.ravel())
+    while len(new):
+        sides = _look(visibility, table, patches, new, seed)
+        open_share.ravel()[new] = np.mean(sides == MISS, axis=1)
+        met = np.unique(sides)
+        met = met[met != MISS]
+        new = met[~lit.ravel()[met]]
+        lit.ravel()[new] = True
+    return Survey(lit, open_share)
+
+
+def sides_that_see_out(visibility, table, patches, seed: int = 0) -> np.ndarray:
+    """Return (fronts, 2) bool: which sides see the outside of the scene."""
+    every = np.arange(2 * patches.fronts)
+    sides = _look(visibility, table, patches, every, seed)
+    return np.any(sides == MISS, axis=1).reshape(-1, 2)
+
+
+def _look(visibility, table, patches, which, seed):
+    """Return (k, RAYS) sides met from the middles of the given sides."""
+    front, back = which // 2, which % 2
+    normals = patches.normal[front] * np.where(back, -1.0, 1.0)[:, None]
+    found = np.empty((len(which), RAYS), np.int64)
+
+    def work(a, b):
+        points = patches.centroid[front[a:b]]
+        found[a:b], _ = look_out(
+            visibility, table, points, normals[a:b], which[a:b], range(RAYS), seed
+        )
+
+    over_ranges(work, len(which), CHUNK)
+    return found

@@ -1,0 +1,175 @@
+"""Pictures: linear radiance, the exposure that shows it, and the files that keep it."""
+
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from radiosity.view.files import written_whole
+
+_SHOWN = 0.8  # linear display value of the percentile below, automatic exposure
+_PERCENTILE = 0.9
+_BRIGHTEST_RGBE = 255.0 * 2.0**119  # the largest number that a shared 8-bit exponent holds
+
+
+@dataclass(frozen=True)
+class Image:
+    """A picture in linear sRGB radiance.
+
+    Attributes
+    ----------
+    pixels : (h, w, 3) float32
+        Radiance in W/(m2 sr), rows from the top; converted from any real numbers.
+    exposure : float
+        Display value per radiance; only the tone-mapped files use it.
+
+    Raises
+    ------
+    ValueError
+        Where the shape is another, a pixel is not finite or the exposure not positive.
+    """
+
+    pixels: np.ndarray
+    exposure: float = 1.0
+
+    def __post_init__(self):
+        with np.errstate(over="ignore"):  # told below, with the place
+            pixels = np.ascontiguousarray(self.pixels, dtype=np.float32)
+        if pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
+            raise ValueError(
+                f"pixels of shape {pixels.shape} must be (h, w, 3): rows, columns, RGB"
+            )
+        bad = np.argwhere(~np.isfinite(pixels).all(axis=2))
+        if len(bad):
+            raise ValueError(
+                f"{len(bad)} pixels are not finite, the first in row {bad[0][0]}, column "
+                f"{bad[0][1]}: radiance must be a number of float32's range"
+            )
+        if not (self.exposure > 0 and np.isfinite(self.exposure)):
+            raise ValueError(f"exposure = {self.exposure} must be positive and finite")
+        object.__setattr__(self, "pixels", pixels)
+
+
+def tone_map(pixels: np.ndarray, exposure: float) -> np.ndarray:
+    """Return 8-bit sRGB values of linear radiance, in the input's shape.
+
+    With c = exposure * L, clipped to [0, 1]: v = 12.92 c for c <= 0.0031308, otherwise
+    v = 1.055 c^(1/2.4) - 0.055; the result is 255 v, rounded to nearest. IEC 61966-2-1 (sRGB).
+    """
+    c = np.clip(np.asarray(pixels, dtype=np.float64) * exposure, 0.0, 1.0)
+    v = np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1.0 / 2.4) - 0.055)
+    return np.floor(255.0 * v + 0.5).astype(np.uint8)
+
+
+def exposure_for(luminances: np.ndarray, weights: np.ndarray) -> float:
+    """Return the exposure that shows the 90th percentile of luminance at 0.8 linear.
+
+    exposure = 0.8 / Y90; Y90 is the least luminance such that what is no brighter carries at
+    least 90 % of the weight. Where that much is black, Y90 is taken of the rest; where all is, or
+    nothing has weight, the exposure is 1.
+
+    Parameters
+    ----------
+    luminances : (k,) float64
+        Luminance-weighted radiance of the surfaces that do not emit, W/(m2 sr).
+    weights : (k,) float64
+        Areas or numbers of pixels, at least 0.
+    """
+    lit, weight = np.ravel(luminances), np.ravel(weights)
+    if lit.shape != weight.shape or not (np.all(lit >= 0) and np.all(weight >= 0)):
+        raise ValueError(
+            f"{lit.size} luminances and {weight.size} weights must be as many and none negative"
+        )
+    lit, weight = lit[weight > 0], weight[weight > 0]
+    if not np.any(lit > 0):
+        return 1.0
+    level = _percentile(lit, weight)
+    if level == 0:
+        level = _percentile(lit[lit > 0], weight[lit > 0])
+    return float(_SHOWN / level)
+
+
+def write(image: Image, path: str | PathLike) -> None:
+    """Write a picture: whole, or not at all.
+
+    ``.png`` is tone-mapped with the image's exposure (8-bit sRGB); ``.exr`` and ``.npy`` keep the
+    float32 radiance exactly; ``.hdr`` (Radiance RGBE) keeps it to 1/256 of a pixel's brightest
+    band, negative values become 0.
+
+    Raises
+    ------
+    ValueError
+        For any other suffix.
+    OSError
+        Where the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in _WRITERS:
+        raise ValueError(
+            f"picture file {str(path)!r} has the suffix {suffix!r}; supported are "
+            f"{', '.join(_WRITERS)}: .png for the eye, the others for linear radiance"
+        )
+    with written_whole(path) as temporary:
+        _WRITERS[suffix](image, temporary)
+
+
+def _percentile(values, weights):
+    order = np.argsort(values)
+    running = np.cumsum(weights[order])
+    # Rounding of the sum must not decide which side of a step 90 % falls on.
+    at = np.searchsorted(running, _PERCENTILE * (1.0 - 1e-9) * running[-1])
+    return values[order][at]
+
+
+def _write_png(image, path):
+    import imageio.v3
+
+    imageio.v3.imwrite(path, tone_map(image.pixels, image.exposure), extension=".png")
+
+
+def _write_exr(image, path):
+    import OpenEXR
+
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"RGB": image.pixels}) as file:
+        file.write(str(path))
+
+
+def _write_npy(image, path):
+    with open(path, "wb") as file:
+        np.save(file, image.pixels)
+
+
+def _write_hdr(image, path):
+    """Write Radiance's picture format, scanlines as they are (Ward 1991, "Real pixels").
+
+    The header names the primaries, since Radiance's own differ from sRGB's. A normalised pixel
+    can never look like a run-length code, which starts 2, 2 with a third byte below 128.
+    """
+    height, width, _ = image.pixels.shape
+    header = (
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n"
+        "PRIMARIES= 0.64 0.33 0.30 0.60 0.15 0.06 0.3127 0.3290\n\n"
+        f"-Y {height} +X {width}\n"
+    )
+    with open(path, "wb") as file:
+        file.write(header.encode("ascii") + _rgbe(image.pixels).tobytes())
+
+
+def _rgbe(pixels):
+    """Return (h, w, 4) bytes: value = mantissa * 2^(e - 136), e shared by the three bands.
+
+    Mantissas are rounded to nearest, e is such that the largest lies in 128 to 255.
+    """
+    value = np.clip(np.asarray(pixels, dtype=np.float64), 0.0, _BRIGHTEST_RGBE)
+    brightest = value.max(axis=2)
+    fraction, e = np.frexp(brightest)
+    e = e + (fraction * 256.0 >= 255.5)
+    mantissa = np.floor(np.ldexp(value, (8 - e)[..., None]) + 0.5)
+    rgbe = np.concatenate([mantissa, (e + 128)[..., None]], axis=2)
+    rgbe[(brightest == 0) | (e <= -128)] = 0
+    return rgbe.astype(np.uint8)
+
+
+_WRITERS = {".png": _write_png, ".exr": _write_exr, ".hdr": _write_hdr, ".npy": _write_npy}
