@@ -1,1 +1,47 @@
-"""Radiosity that reaches the accuracy you ask for and says what it reached."""
+"""Radiosity that reaches the accuracy you ask for and says what it reached.
+
+Examples
+--------
+>>> import radiosity
+>>> scene = radiosity.load("scenes/furnace.toml")
+>>> solution = radiosity.solve(scene, accuracy=0.1)
+>>> E, error = solution.irradiance([[1, 1, 0]], [[0, 0, 1]])
+>>> E.round(3).tolist()
+[[1.25, 4.0, 2.5]]
+"""
+
+from importlib import import_module
+
+__version__ = "0.1.0"
+
+# Imported when first used: numba, scipy and VTK take longer to load than `--help` may.
+_HOMES = {
+    "Camera": "radiosity.scene.model",
+    "Image": "radiosity.view.image",
+    "Material": "radiosity.scene.model",
+    "NotConverged": "radiosity.solve.methods",
+    "Refused": "radiosity.solve.plan",
+    "Scene": "radiosity.scene.model",
+    "SceneError": "radiosity.scene.model",
+    "Solution": "radiosity.solve.solution",
+    "load": "radiosity.scene.files",
+    "plot": "radiosity.view.window",
+    "render": "radiosity.view.gather",
+    "save": "radiosity.view.export",
+    "solve": "radiosity.solve.solve",
+    "to_pyvista": "radiosity.view.polydata",
+    "write": "radiosity.view.image",
+}
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name: str):
+    """Import a public name from the room it lives in."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'radiosity' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return [*__all__, "__version__"]

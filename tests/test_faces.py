@@ -1,9 +1,8 @@
-import time
-
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
+from radiosity.mesh import faces as module
 from radiosity.mesh.faces import Faces
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
@@ -75,8 +74,10 @@ def test_only_planar_pairs_are_joined(lift, count):
 def test_concave_and_sharp_pairs_stay_apart():
     dart = [[0, 0, 0], [2, 0, 0], [0.5, 0.5, 0], [0, 2, 0]]
     spindle = [[0, 0, 0], [10, -0.5, 0], [20, 0, 0], [10, 0.5, 0]]
+    arrow = [[0, 0, 0], [0.94, -0.342, 0], [0.742, 0, 0], [0.94, 0.342, 0]]  # 40, 40, 240, 40
     bent = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 1, 0]]  # a triangle with a corner of 180 degrees
     assert len(Faces.from_triangles(halves(dart), 0, 0)) == 2
+    assert len(Faces.from_triangles(halves(arrow), 0, 0)) == 2
     assert len(Faces.from_triangles(np.array(spindle)[[[0, 1, 3], [1, 2, 3]]], 0, 0)) == 2
     assert len(Faces.from_triangles(np.array(bent)[[[0, 1, 3], [1, 2, 3]]], 0, 0)) == 2
 
@@ -100,7 +101,7 @@ def test_unwelded_vertices_of_rounded_files_are_one():
 def test_faces_without_area_are_dropped_and_counted():
     line = [[0, 0, 0], [1, 1, 1], [3, 3, 3]]
     point = [[5, 5, 5]] * 3
-    far = np.array([[0, 0, 0], [1, 2, 3], [2, 4, 6]]) * 0.1 + 1000  # straight up to rounding
+    far = np.array([[0, 0, 0], [1, 2, 3], [2, 4, 6]]) * 0.1 + 1e6  # straight up to rounding
     faces = Faces.from_triangles([line, SQUARE[:3], point, far], [0, 1, 2, 3], 0)
     assert faces.degenerate == 3
     assert faces.material.tolist() == [1]
@@ -167,9 +168,9 @@ def test_many_faces_on_one_edge_are_bounded_work():
     fan[:, 1, 2] = 1
     fan[:, 2, 0], fan[:, 2, 1] = np.cos(angle), np.sin(angle)
     fan[::2] = fan[::2][:, [1, 0, 2]]
-    start = time.perf_counter()
+    pairs = module._neighbours(fan, np.zeros(3000, int))[0]
+    assert 1500 <= len(pairs) <= 8 * 3 * 1500  # all pairs of the axis would be 2 million
     assert len(Faces.from_triangles(fan, 0, 0)) > 0
-    assert time.perf_counter() - start < 2  # 0.02 s; all pairs would take minutes
 
 
 def test_concatenate_keeps_order_and_adds_up_what_was_dropped():

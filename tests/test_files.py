@@ -27,8 +27,10 @@ end_header
 0 1 0
 {face}
 """
-STL = b"cube".ljust(80, b" ") + struct.pack("<I", 1) + struct.pack(
-    "<12fH", 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 2, 0, 0
+STL = (
+    b"cube".ljust(80, b" ")
+    + struct.pack("<I", 1)
+    + struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 2, 0, 0)
 )
 SCENES = Path(__file__).parents[1] / "scenes"
 
@@ -84,17 +86,33 @@ def test_default_camera_stands_outside_and_sees_every_vertex(tmp_path):
     [
         ("a.ply", b"", "is not a PLY file that can be read"),
         ("a.ply", b"garbage\n\xff\x00", "is not a PLY file that can be read"),
-        ("a.ply", PLY.format(faces=1, z=0, face="3 0 1 9").encode(), "names a vertex that does not"),
-        ("a.ply", PLY.format(faces=1, z=0, face="3 0 1 -1").encode(), "names a vertex that does not"),
+        (
+            "a.ply",
+            PLY.format(faces=1, z=0, face="3 0 1 9").encode(),
+            "names a vertex that does not",
+        ),
+        (
+            "a.ply",
+            PLY.format(faces=1, z=0, face="3 0 1 -1").encode(),
+            "names a vertex that does not",
+        ),
         ("a.ply", PLY.format(faces=1, z="nan", face="3 0 1 2").encode(), "vertex 2 = "),
         ("a.ply", PLY.format(faces=1, z=0, face="3 0 1 1").encode(), "there is nothing to light"),
         ("a.ply", PLY.split("element face")[0].encode() + b"end_header\n0 0 0\n", "has no faces"),
         ("a.stl", b"garbage", "has no faces"),
-        ("a.stl", STL[:100], "STL"),
+        ("a.stl", STL[:100], "has no faces: nothing can be lit"),
         ("a.stl", STL[:96] + struct.pack("<f", np.inf) + STL[100:], "must be finite"),
-        ("a.obj", b"v 0 0 0\nf 1 1 1\n", "there is nothing to light: none of its 1 faces has an area"),
+        (
+            "a.obj",
+            b"v 0 0 0\nf 1 1 1\n",
+            "there is nothing to light: none of its 1 faces has an area",
+        ),
         ("a.obj", b"\xff\xfe\x00", "has no faces"),
-        ("a.off", b"OFF", 'has the suffix ".off": scenes are .toml files, geometry is read from .obj'),
+        (
+            "a.off",
+            b"OFF",
+            'has the suffix ".off": scenes are .toml files, geometry is read from .obj',
+        ),
         ("a", b"OFF", "has no suffix: scenes are .toml"),
         ("a.toml", b"\x89PNG", "line 1 is not UTF-8"),
         ("a.toml", b"name = 1\n\n# \xe9", "line 3 is not UTF-8: save the file in that encoding"),
@@ -119,7 +137,9 @@ def test_what_is_no_file(tmp_path):
     assert problems(load, tmp_path / "d.obj") == ["is a folder: name a file in it"]
     assert problems(load, tmp_path / "pipe.obj") == ["is not a regular file"]
     assert "cannot be read" in problems(load, tmp_path / ("x" * 300 + ".obj"))[0]
-    assert "does not exist" in problems(load, "a\0.toml")[0] or "null" in str(problems(load, "a\0.toml"))
+    assert "does not exist" in problems(load, "a\0.toml")[0] or "null" in str(
+        problems(load, "a\0.toml")
+    )
 
 
 def test_too_large_files_are_refused_before_they_are_read(tmp_path):
@@ -139,7 +159,9 @@ def house(tmp_path):
     return tmp_path / "scene"
 
 
-@pytest.mark.parametrize("name", ["../secret.obj", "sub/../../secret.obj", "link.obj", "{absolute}"])
+@pytest.mark.parametrize(
+    "name", ["../secret.obj", "sub/../../secret.obj", "link.obj", "{absolute}"]
+)
 def test_scene_reads_nothing_outside_its_folder(house, name):
     (house / "sub").mkdir()
     (house / "link.obj").symlink_to(house.parent / "secret.obj")

@@ -85,20 +85,29 @@ def test_colours_behind_a_vertex_and_unknown_words_are_ignored():
         ("v 1 2 x", "line 5: v 1 2 x: a vertex is three finite numbers"),
         ("v 1 nan 3", "line 5: v 1 nan 3: a vertex is three finite numbers"),
         ("v 1 2 1e400", "line 5: v 1 2 1e400: a vertex is three finite numbers"),
-        ("v 1 2 -1e31", "line 5: v 1 2 -1e31: a vertex is three finite numbers x y z, at most 1e+30"),
+        (
+            "v 1 2 -1e31",
+            "line 5: v 1 2 -1e31: a vertex is three finite numbers x y z, at most 1e+30",
+        ),
         ("f 1 2", "line 5: f 1 2: a face needs at least 3 corners, found 2"),
         ("f 1 2 5", "line 5: f ... 5: vertex 5 does not exist, the file has 4"),
         ("f 1 2 0", "line 5: f ... 0: vertices are counted from 1"),
         ("f 1 2 -5", "line 5: f ... -5: vertex -5 does not exist, 4 were given so far"),
         ("f 1 2 3.5", "line 5: f ... 3.5: a corner is v, v/vt, v//vn or v/vt/vn"),
         ("f 1 2 99999999999999999999", "vertex 99999999999999999999 does not exist"),
-        ("f 1 3 2 4", "line 5: the face crosses itself: edge 1"),
+        ("f 1 3 2 4", "line 5: the face crosses itself: edge 0"),
     ],
 )
 def test_wrong_lines_are_named(line, text):
     found = problems(SQUARE + line + "\nf 1 2 3\n")
     assert len(found) == 1
     assert text in found[0]
+
+
+def test_counting_back_beyond_what_was_given_is_named_although_more_follows():
+    assert problems("v 0 0 0\nv 1 0 0\nf -1 -2 -3\nv 1 1 0\n") == [
+        "line 3: f ... -3: vertex -3 does not exist, 2 were given so far"
+    ]
 
 
 def test_all_wrong_lines_are_listed():
@@ -115,7 +124,7 @@ def test_no_faces_is_said(text):
 
 
 def test_library_gives_reflectance_and_radiance():
-    library = "newmtl my wall\nKd 0.1 0.2 0.3\nKs 1 1 1\n\nnewmtl lamp # on\nKd 0\nKe 17 12 4\n"
+    library = "newmtl my wall\nKd 0.1 0.2 0.3\nKs 1 1 1\n\nnewmtl lamp\nKd 0\nKe 17 12 4\n"
     found = read("mtllib m.mtl\n" + SQUARE + "usemtl my wall\nf 1 2 3\n", m=library)
     wall = found.materials["my wall"]
     np.testing.assert_allclose(wall.diffuse, [0.1, 0.2, 0.3])
@@ -133,7 +142,9 @@ def test_library_that_is_missing_is_only_noted():
 
 def test_several_libraries_on_one_line():
     found = read(
-        "mtllib a.mtl b.mtl\n" + SQUARE + "f 1 2 3\n", a="newmtl a\nKd 1 0 0", b="newmtl b\nKd 0 1 0"
+        "mtllib a.mtl b.mtl\n" + SQUARE + "f 1 2 3\n",
+        a="newmtl a\nKd 1 0 0",
+        b="newmtl b\nKd 0 1 0",
     )
     assert set(found.materials) == {"a", "b"}
 

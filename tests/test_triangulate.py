@@ -31,10 +31,14 @@ DART = [(0, 0), (2, 0), (0.5, 0.5), (0, 2)]
 COMB = [(0, 0), (7, 0), (7, 3), (6, 3), (6, 1), (5, 1), (5, 3), (4, 3), (4, 1), (3, 1), (3, 3),
         (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)]  # fmt: skip
 KEYHOLE = [(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 3), (3, 3), (3, 1), (1, 1)]
-STAR = [((1 + k % 2) * np.cos(k * np.pi / 7), (1 + k % 2) * np.sin(k * np.pi / 7)) for k in range(14)]
+STAR = [
+    ((1 + k % 2) * np.cos(k * np.pi / 7), (1 + k % 2) * np.sin(k * np.pi / 7)) for k in range(14)
+]
 
 
-@pytest.mark.parametrize("points", [L, DART, COMB, KEYHOLE, STAR], ids="L dart comb keyhole star".split())
+@pytest.mark.parametrize(
+    "points", [L, DART, COMB, KEYHOLE, STAR], ids="L dart comb keyhole star".split()
+)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_parts_cover_the_polygon_once_and_look_the_same_way(points, seed):
     polygon, normal = lifted(points, seed)
@@ -86,7 +90,10 @@ def test_dart_is_cut_at_its_inner_corner_even_where_not_planar():
     ("points", "text"),
     [
         ([(0, 0), (1, 0)], "has 2 vertices, a polygon needs at least 3"),
-        ([(0, 0), (1, 1), (1, 0), (0, 1)], r"crosses itself: edge 0 \(from vertex 0\) meets edge 2"),
+        (
+            [(0, 0), (1, 1), (1, 0), (0, 1)],
+            r"crosses itself: edge 0 \(from vertex 0\) meets edge 2",
+        ),
         ([(0, 0), (4, 0), (4, 4), (3, -1), (0, 4)], "crosses itself: edge 0 .* meets edge 2"),
         ([(0, 0), (1, 1), (2, 2), (2, 0), (1, 1), (0, 2)], "crosses itself"),
         ([(0, 0), (1, 0), (2, 0), (5, 0)], "has no area: all its vertices lie on one line"),
@@ -100,7 +107,9 @@ def test_what_is_no_polygon_is_refused(points, text):
 
 def test_polygon_that_is_not_planar_is_refused_with_the_bound():
     polygon = np.column_stack([L, [0, 0, 0, 0, 0, 1e-3]])
-    with pytest.raises(ValueError, match=r"is not planar: vertex \d lies .* off the mean plane") as e:
+    with pytest.raises(
+        ValueError, match=r"is not planar: vertex \d lies .* off the mean plane"
+    ) as e:
         triangulate(polygon)
     assert "1e-06 of its size" in str(e.value)
     assert len(triangulate(polygon, flatness=np.inf)) == 4

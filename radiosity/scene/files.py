@@ -164,7 +164,8 @@ def _trimesh(path, folder, merge):
 
     data = read_bytes(path)
     try:
-        mesh = trimesh.load_mesh(io.BytesIO(data), file_type=path.suffix.lower()[1:], process=False)
+        with np.errstate(all="ignore"):  # it computes normals of vertices not yet checked
+            mesh = trimesh.load_mesh(io.BytesIO(data), path.suffix.lower()[1:], process=False)
         vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     except Exception as error:  # a reader of other people's files fails in any way
         kind = path.suffix[1:].upper()

@@ -26,7 +26,7 @@ class Wrong(ValueError):
 
     def __init__(self, *found: tuple[tuple, Any, str]):
         self.found = found
-        super().__init__(found)
+        super().__init__(f"{len(found)} mistakes")
 
 
 @dataclass(frozen=True)
@@ -146,9 +146,8 @@ POWER = Number(0, why="light cannot be taken away")
 LENGTH = Number(-LONGEST, LONGEST, "powers of longer lengths cannot be computed")
 POINT = Sequence(LENGTH, 3, "three numbers [x, y, z]")
 SCALE = Bands(LENGTH, "a number or [x, y, z]")
-POLYGONS = Sequence(
-    Sequence(POINT, None, "a list of points [x, y, z]"), None, "a list of polygons [[[x, y, z], ..."
-)
+POLYGON = Sequence(POINT, None, "a list of points [x, y, z]")
+POLYGONS = Sequence(POLYGON, None, "a list of polygons [[[x, y, z], ...")
 MATRIX = Sequence(Sequence(LENGTH, 4, "four numbers"), 4, "four rows of four numbers")
 
 

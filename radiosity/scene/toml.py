@@ -21,9 +21,12 @@ from radiosity.scene.geometry import DEFAULT, Geometry, joined
 from radiosity.scene.model import Camera, Material, Phong, Scene, SceneError, Truth
 from radiosity.scene.schema import (
     ABSORPTANCE,
+    MATRIX,
     POINT,
+    POLYGON,
     REFLECTANCE,
     ROUNDING,
+    SCALE,
     UNITS,
     CameraTable,
     EmissionTable,
@@ -71,12 +74,11 @@ def read_toml(
     materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
     cameras = _tables(CameraTable, raw, "cameras", problems, _camera_problems)
     truth = _truth(raw, problems)
-    if problems:
-        raise SceneError(source, problems)
-    geometry = joined(parts)
-    useless = geometry_problem(geometry)
-    problems += [f"geometry: {useless}"] if useless else []
-    problems += _truth_name_problems(truth, (*materials, *geometry.material_names), geometry)
+    geometry = joined(parts) if parts and None not in parts else None
+    if geometry is not None:
+        useless = geometry_problem(geometry)
+        problems += [f"geometry: {useless}"] if useless else []
+        problems += _truth_name_problems(truth, materials, geometry)
     if problems:
         raise SceneError(source, problems)
     scene = Scene(
@@ -200,7 +202,10 @@ def _parallel(a, b):
 
 
 def _parts(blocks, read_geometry, merge, problems):
-    """Return the geometry of every ``[[geometry]]`` block that is right."""
+    """Return the geometry of every ``[[geometry]]`` block, None where something is wrong.
+
+    Values are taken key by key, so that a wrong one does not hide the mistakes of the others.
+    """
     if isinstance(blocks, list) and not blocks:
         problems.append(
             'geometry is missing: a scene needs at least one [[geometry]] with file = "..." '
@@ -208,16 +213,13 @@ def _parts(blocks, read_geometry, merge, problems):
         )
     parts = []
     for k, raw in enumerate(blocks if isinstance(blocks, list) else []):
-        path = ("geometry", k)
-        block = checked(GeometryTable, raw, path, problems)
-        matrix = None
-        if isinstance(raw, dict):
-            problems += _source_problems(raw, path)
-        if block is not None:
-            matrix = _placement(block, path, problems)
-            part = _part(block, path, read_geometry, merge, problems)
-            if part is not None and matrix is not None:
-                parts.append(part.placed(matrix))
+        path, before = ("geometry", k), len(problems)
+        checked(GeometryTable, raw, path, problems)
+        raw = raw if isinstance(raw, dict) else {}
+        problems += _source_problems(raw, path)
+        matrix = _placement(raw, path, problems)
+        part = _part(raw, path, read_geometry, merge, problems)
+        parts.append(part.placed(matrix) if len(problems) == before else None)
     return parts
 
 
@@ -232,62 +234,63 @@ def _source_problems(raw, path):
         yield f"{dotted(path)} gives transform and {' and '.join(others)}: give one or the other"
 
 
-def _placement(block, path, problems):
+def _placement(raw, path, problems):
     """Return the matrix (4, 4) of a block: scale, then rotate about x, y, z, then translate."""
-    key = "transform" if block.transform else "scale"
-    matrix = np.eye(4) if block.transform is None else np.array(block.transform)
-    if block.transform is None:
-        rotations = (_rotation(axis, a) for axis, a in enumerate(block.rotate or (0, 0, 0)))
-        linear = np.diag(block.scale or (1.0, 1.0, 1.0))
-        for rotation in rotations:
-            linear = rotation @ linear
-        matrix[:3, :3], matrix[:3, 3] = linear, block.translate or (0, 0, 0)
-    elif not np.array_equal(matrix[3], [0, 0, 0, 1]):
+    key = "transform" if "transform" in raw else "scale"
+    matrix = np.array(_value(raw, "transform", MATRIX) or np.eye(4))
+    if not np.array_equal(matrix[3], [0, 0, 0, 1]):
         text = "must be [0, 0, 0, 1]: the last row of a transform that keeps planes planar"
         problems.append(at((*path, key, 3), matrix[3].tolist(), text))
+    if key == "scale":
+        matrix[:3, :3] = np.diag(_value(raw, "scale", SCALE) or (1.0, 1.0, 1.0))
+        for axis, degrees in enumerate(_value(raw, "rotate", POINT) or (0, 0, 0)):
+            matrix = _rotation(axis, degrees) @ matrix
+        matrix[:3, 3] = _value(raw, "translate", POINT) or (0, 0, 0)
     stretch = np.linalg.svd(matrix[:3, :3], compute_uv=False)
     if not stretch[2] > 1e-12 * stretch[0]:
-        value = getattr(block, key)
-        problems.append(at((*path, key), value, "must not flatten the geometry to a plane"))
+        problems.append(at((*path, key), raw[key], "must not flatten the geometry to a plane"))
     return matrix
 
 
 def _rotation(axis, degrees):
-    """Return the matrix (3, 3) that turns counter-clockwise seen from the tip of an axis."""
+    """Return the matrix (4, 4) that turns counter-clockwise seen from the tip of an axis."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     i, j = (axis + 1) % 3, (axis + 2) % 3
-    matrix = np.eye(3)
+    matrix = np.eye(4)
     matrix[i, i], matrix[i, j], matrix[j, i], matrix[j, j] = c, -s, s, c
     return matrix
 
 
-def _part(block, path, read_geometry, merge, problems):
+def _part(raw, path, read_geometry, merge, problems):
     """Return the geometry of a block as its file or its polygons give it."""
-    if block.polygons is not None:
-        return _inline(block, path, merge, problems)
-    if block.file is None:
+    file, material = raw.get("file"), raw.get("material")
+    if isinstance(raw.get("polygons"), list):
+        return _inline(raw["polygons"], material or DEFAULT, path, merge, problems)
+    if not isinstance(file, str):
         return None
     try:
-        part = read_geometry(block.file)
+        part = read_geometry(file)
     except SceneError as error:
-        problems += [at((*path, "file"), block.file, p) for p in error.problems]
+        problems += [at((*path, "file"), file, p) for p in error.problems]
         return None
-    return part.of_material(block.material) if block.material else part
+    return part.of_material(material) if material else part
 
 
-def _inline(block, path, merge, problems):
+def _inline(polygons, name, path, merge, problems):
     """Return inline polygons; one group a block, named after its material."""
     pieces = []
-    for k, polygon in enumerate(block.polygons):
+    for k, raw in enumerate(polygons):
+        polygon = _value({"polygon": raw}, "polygon", POLYGON)
+        if polygon is None:  # the schema has said why
+            continue
         try:
             pieces.append(triangulate(np.array(polygon).reshape(-1, 3)))
         except ValueError as error:
             problems.append(f"{dotted((*path, 'polygons', k))} {error}")
-    if not block.polygons:
+    if not polygons:
         problems.append(f"{dotted((*path, 'polygons'))} is empty: list at least one polygon")
     if not pieces:
         return None
-    name = block.material or DEFAULT
     return Geometry(Faces.from_polygons(np.concatenate(pieces), 0, 0, merge), (name,), (name,))
 
 
@@ -302,7 +305,7 @@ def _truth(raw, problems):
 
 
 def _truth_name_problems(truth, materials, geometry):
-    known = dict.fromkeys((*materials, *geometry.group_names))
+    known = dict.fromkeys((*materials, *geometry.material_names, *geometry.group_names))
     for name in truth.radiosity if truth else ():
         if name and name not in known:
             path = dotted(("truth", "radiosity", name))

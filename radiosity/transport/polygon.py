@@ -12,8 +12,9 @@ import numpy as np
 from numba import njit
 
 TINY = 1e-300
-FAR = 4.0  # centroid distance over the sum of radii beyond which 2 x 2 Gauss points do
-NEAR = 1.5
+# Centroid distance over the sum of radii above which 3 x 3, 4 x 4, 6 x 6 Gauss points over one
+# polygon keep the relative error below 3e-8 (measured on random pairs of squares).
+FAR, MIDDLE, NEAR = 6.0, 2.5, 1.5
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -214,7 +215,7 @@ def _unit_gauss(order):
     return (x + 1) / 2, w / 2
 
 
-GAUSS = tuple(_unit_gauss(m) for m in (2, 4, 6, 16))
+GAUSS = tuple(_unit_gauss(m) for m in (3, 4, 6, 16))
 
 
 @njit(cache=True, nogil=True)
@@ -234,7 +235,7 @@ def exchange_area(p, np_, cp, rp, q, nq, cq, rq, rules):
     distance = math.sqrt(dx * dx + dy * dy + dz * dz)
     ratio = distance / (rp + rq)
     if ratio > NEAR and low_q >= -tolerance and low_p >= -tolerance:
-        rule = rules[0] if ratio > FAR else rules[1]
+        rule = rules[0] if ratio > FAR else rules[1] if ratio > MIDDLE else rules[2]
         if rp < rq:
             return _outer(p, np_, q, rule[0], rule[1])
         return _outer(q, nq, p, rule[0], rule[1])

@@ -104,14 +104,20 @@ def write(image: Image, path: str | PathLike) -> None:
     OSError
         Where the file cannot be written.
     """
+    suffix = check_suffix(path)
+    with written_whole(path) as temporary:
+        _WRITERS[suffix](image, temporary)
+
+
+def check_suffix(path: str | PathLike) -> str:
+    """Return a picture file's suffix; raise ValueError where it is none that `write` knows."""
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
         raise ValueError(
             f"picture file {str(path)!r} has the suffix {suffix!r}; supported are "
             f"{', '.join(_WRITERS)}: .png for the eye, the others for linear radiance"
         )
-    with written_whole(path) as temporary:
-        _WRITERS[suffix](image, temporary)
+    return suffix
 
 
 def _percentile(values, weights):

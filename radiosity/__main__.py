@@ -1,0 +1,5 @@
+"""``python -m radiosity``."""
+
+from radiosity.cli.main import run
+
+run()

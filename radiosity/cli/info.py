@@ -1,0 +1,75 @@
+"""``radiosity info``."""
+
+from radiosity.cli import options as o
+
+
+def info(scene: o.SceneFile) -> None:
+    """Print what was read from a scene's files: materials, lights, cameras, mesh findings.
+
+    Example: radiosity info scenes/cornell_box.toml
+    """
+    from radiosity.scene.files import load
+
+    print(describe(load(scene)))
+
+
+def describe(scene) -> str:
+    """Return a scene's contents as text, with units."""
+    import numpy as np
+
+    faces = scene.faces
+    area = faces.areas() * scene.unit_m**2
+    low, high = (f(faces.vertices.reshape(-1, 3), axis=0) for f in (np.min, np.max))
+    extent = " x ".join(f"{v:g}" for v in high - low)
+    triangles = int(faces.is_triangle.sum())
+    lines = [
+        f"{scene.name}: {len(faces)} faces ({len(faces) - triangles} quadrilaterals, "
+        f"{triangles} triangles), {area.sum():.6g} m2, {extent} {scene.unit}, {scene.up} up",
+        "",
+        f"{'material':16}{'faces':>7}{'area m2':>12}  {'diffuse reflectance':24}emission W/(m2 sr)",
+    ]
+    for k, material in enumerate(scene.materials):
+        mine = faces.material == k
+        lines.append(
+            f"{material.name:16}{int(mine.sum()):7}{area[mine].sum():12.6g}  "
+            f"{_bands(material.diffuse):24}{_bands(material.emission) if material.emits else '-'}"
+            + _lobe(material.specular)
+            + ("" if material.two_sided else "  back black")
+        )
+    lines += ["", f"{'camera':16}{'position':26}{'target':26}{'fov':>8}  size"]
+    for camera in scene.cameras.values():
+        lines.append(
+            f"{camera.name:16}{_bands(camera.position):26}{_bands(camera.target):26}"
+            f"{camera.fov:8.4g}  {camera.size[0]}x{camera.size[1]}"
+        )
+    return "\n".join(lines + _findings(scene))
+
+
+def _findings(scene) -> list[str]:
+    """Return what was found in the mesh, and what the readers noted."""
+    import numpy as np
+
+    from radiosity.mesh.contact import find_contacts
+
+    emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
+    contacts = find_contacts(scene.faces, emits).faces
+    covered = sum(bool(c.covers) for c in contacts.values())
+    found = [
+        f"contact: {len(contacts)} faces are met by others in their plane, {covered} of them covered"
+    ]
+    if scene.truth is not None:
+        found.append(
+            f"truth: carries its radiosity for mesh {scene.truth.mesh}, "
+            f"to {scene.truth.relative_tolerance:g} relative"
+        )
+    return ["", *found, *(f"note: {note}" for note in scene.notes)]
+
+
+def _bands(values) -> str:
+    return " ".join(f"{v:.6g}" for v in values)
+
+
+def _lobe(lobe) -> str:
+    if lobe is None:
+        return ""
+    return f"  Phong, reflectance {_bands(lobe.reflectance)}, exponent {lobe.exponent:g}"

@@ -1,0 +1,83 @@
+"""Options that several verbs share, and what they parse to."""
+
+import os
+import re
+from typing import Annotated
+
+import typer
+
+SceneFile = Annotated[
+    str, typer.Argument(metavar="SCENE", help="Scene file: .toml, .obj, .ply or .stl.")
+]
+Accuracy = Annotated[
+    float,
+    typer.Option(
+        "--accuracy",
+        help="Relative error to aim at; it chooses mesh, rays and solver tolerance. 0.02 is 2 %.",
+    ),
+]
+Mesh = Annotated[
+    str,
+    typer.Option(
+        "--mesh",
+        metavar="auto|input|N",
+        help="Patches: chosen for the accuracy, the file's faces as they are, or N x N a face.",
+    ),
+]
+Solver = Annotated[
+    str, typer.Option("--solver", metavar="NAME", help="gauss-seidel, gmres or direct.")
+]
+Seed = Annotated[int, typer.Option("--seed", min=0, help="Of all sample patterns.")]
+Ambient = Annotated[
+    float,
+    typer.Option(
+        "--ambient",
+        metavar="L",
+        help="Radiance in W/(m2 sr) that enters open scenes from all around.",
+    ),
+]
+Memory = Annotated[
+    str | None,
+    typer.Option("--memory", metavar="4GB", help="Most memory to use; half of what is free."),
+]
+Threads = Annotated[
+    int | None, typer.Option("--threads", min=1, help="Cores to use; all by default.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no remarks on stderr.")]
+CameraName = Annotated[
+    str | None, typer.Option("--camera", metavar="NAME", help="The scene's first by default.")
+]
+Size = Annotated[
+    str | None, typer.Option("--size", metavar="WxH", help="Pixels; the camera's own by default.")
+]
+Samples = Annotated[
+    int, typer.Option("--samples", min=1, help="Rays over the hemisphere of each pixel.")
+]
+
+
+def parse_size(text: str | None) -> tuple[int, int] | None:
+    """Return (w, h) of ``512x512``; None stays None."""
+    if text is None:
+        return None
+    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text.strip().lower())
+    size = tuple(int(v) for v in match.groups()) if match else (0, 0)
+    if not all(1 <= v <= 16384 for v in size):
+        raise ValueError(f"--size {text!r} must be WIDTHxHEIGHT, 1x1 to 16384x16384: --size 512x512")
+    return size
+
+
+def parse_memory(text: str | None) -> float | None:
+    """Return bytes of ``4GB``, ``500MB`` or ``4e9``; None stays None."""
+    if text is None:
+        return None
+    match = re.fullmatch(r"([0-9.]+(?:e[0-9]+)?)\s*([kmgt]?)i?b?", text.strip().lower())
+    try:
+        return float(match[1]) * 1000.0 ** " kmgt".index(match[2] or " ")
+    except (TypeError, ValueError):
+        raise ValueError(f"--memory {text!r} must be a size such as 4GB or 500MB") from None
+
+
+def use_threads(count: int | None) -> None:
+    """Let all later work run on so many cores."""
+    if count is not None:
+        os.environ["RADIOSITY_THREADS"] = str(count)

@@ -1,0 +1,128 @@
+"""``radiosity probe``."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from radiosity.cli import options as o
+from radiosity.cli.progress import progress_bars, remark
+from radiosity.cli.session import load_scene, solve_scene
+
+COLUMNS = ["x", "y", "z", "nx", "ny", "nz"]
+
+
+def probe(
+    scene: o.SceneFile,
+    points: Annotated[
+        str, typer.Argument(metavar="POINTS.csv", help="Columns x,y,z,nx,ny,nz; - for stdin.")
+    ],
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Write .csv here instead of stdout.")
+    ] = None,
+    accuracy: o.Accuracy = 0.02,
+    mesh: o.Mesh = "auto",
+    solver: o.Solver = "gauss-seidel",
+    seed: o.Seed = 0,
+    ambient: o.Ambient = 0.0,
+    memory: o.Memory = None,
+    threads: o.Threads = None,
+    quiet: o.Quiet = False,
+) -> None:
+    """Irradiance in W/m2 and illuminance in lx at points, in the scene's unit of length.
+
+    Example: radiosity probe scenes/cornell_box.toml points.csv -o light.csv
+    """
+    where = read_points(points)
+    model = load_scene(scene, ambient, quiet)
+    with progress_bars(quiet) as progress:
+        solution = solve_scene(
+            model, accuracy, mesh, solver, seed, memory, threads, quiet, progress
+        )
+        irradiance, _ = solution.irradiance(where[:, :3], where[:, 3:], progress)
+    text = table(where, irradiance)
+    if output is None:
+        sys.stdout.write(text)
+        return
+    from radiosity.view.files import written_whole
+
+    with written_whole(output) as temporary:
+        temporary.write_text(text)
+    remark(f"wrote {output}", quiet)
+
+
+def read_points(path: str):
+    """Return (k, 6) positions and normals of a CSV file with a header; ``-`` is stdin.
+
+    Raises
+    ------
+    ValueError
+        Naming the file, every wrong line (up to ten) and what it must hold.
+    """
+    import csv
+
+    import numpy as np
+
+    name = "stdin" if path == "-" else path
+    try:
+        text = sys.stdin.read() if path == "-" else _read_text(path)
+    except UnicodeDecodeError:
+        raise ValueError(f"{name}: not a text file in UTF-8") from None
+    rows = csv.reader(text.splitlines())
+    header = [h.strip() for h in next(rows, [])]
+    missing = [c for c in COLUMNS if c not in header]
+    if missing:
+        raise ValueError(
+            f"{name}, line 1: columns {', '.join(missing)} are missing: "
+            f"the first line must name {','.join(COLUMNS)}"
+        )
+    order = [header.index(c) for c in COLUMNS]
+    values, problems = [], []
+    for number, row in enumerate(rows, 2):
+        if not row or not "".join(row).strip():
+            continue
+        try:
+            values.append(_numbers(row, order, len(header)))
+        except ValueError as error:
+            problems.append(f"{name}, line {number}: {error}")
+    if problems:
+        more = [f"and {len(problems) - 10} more"] if len(problems) > 10 else []
+        raise ValueError("\n".join(problems[:10] + more))
+    if not values:
+        raise ValueError(f"{name}: no points after the header: add lines of six numbers")
+    return np.array(values)
+
+
+def _read_text(path: str) -> str:
+    with open(path, encoding="utf-8-sig") as file:
+        return file.read()
+
+
+def _numbers(row, order, width):
+    """Return position and normal of a row, checked."""
+    from math import hypot, isfinite
+
+    if len(row) != width:
+        raise ValueError(f"has {len(row)} values where the header names {width}")
+    found = []
+    for name, k in zip(COLUMNS, order, strict=True):
+        try:
+            found.append(float(row[k]))
+        except ValueError:
+            raise ValueError(f"{name} = {row[k]!r} is not a number") from None
+        if not isfinite(found[-1]):
+            raise ValueError(f"{name} = {row[k]} must be finite")
+    if hypot(*found[3:]) == 0:
+        raise ValueError("nx, ny, nz = 0, 0, 0 is no direction: give the side that receives light")
+    return found
+
+
+def table(points, irradiance) -> str:
+    """Return CSV text: the points, E_r, E_g, E_b in W/m2 and the illuminance in lx."""
+    from radiosity.light.photometry import illuminance
+
+    lines = [",".join(COLUMNS + ["E_r", "E_g", "E_b", "illuminance"])]
+    for where, e, lux in zip(points, irradiance, illuminance(irradiance), strict=True):
+        cells = [f"{v:.10g}" for v in where] + [f"{v:.8g}" for v in (*e, lux)]
+        lines.append(",".join(cells))
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,47 @@
+"""``radiosity render``."""
+
+from typing import Annotated
+
+import typer
+
+from radiosity.cli import options as o
+from radiosity.cli.progress import progress_bars, remark
+from radiosity.cli.session import load_scene, solve_scene
+
+
+def render(
+    scene: o.SceneFile,
+    output: Annotated[
+        str, typer.Option("-o", "--output", help="Picture: .png, or linear .exr, .hdr, .npy.")
+    ],
+    camera: o.CameraName = None,
+    size: o.Size = None,
+    samples: o.Samples = 256,
+    accuracy: o.Accuracy = 0.02,
+    mesh: o.Mesh = "auto",
+    solver: o.Solver = "gauss-seidel",
+    seed: o.Seed = 0,
+    ambient: o.Ambient = 0.0,
+    memory: o.Memory = None,
+    threads: o.Threads = None,
+    quiet: o.Quiet = False,
+) -> None:
+    """Gather a camera's picture: soft shadows, interreflection and highlights, per pixel.
+
+    Example: radiosity render scenes/cornell_box.toml -o cornell.png --size 512x512
+    """
+    from radiosity.view.gather import find_camera
+    from radiosity.view.gather import render as gather
+    from radiosity.view.image import check_suffix, write
+
+    check_suffix(output)
+    pixels = o.parse_size(size)
+    model = load_scene(scene, ambient, quiet)
+    chosen = find_camera(model, camera)
+    with progress_bars(quiet) as progress:
+        solution = solve_scene(
+            model, accuracy, mesh, solver, seed, memory, threads, quiet, progress
+        )
+        image = gather(solution, chosen, size=pixels, samples=samples, progress=progress)
+    write(image, output)
+    remark(f"wrote {output}", quiet)

@@ -1,0 +1,65 @@
+"""``radiosity solve``."""
+
+from typing import Annotated
+
+import typer
+
+from radiosity.cli import options as o
+from radiosity.cli.progress import progress_bars, remark
+from radiosity.cli.session import load_scene, solve_scene
+
+
+def solve(
+    scene: o.SceneFile,
+    output: Annotated[
+        str | None,
+        typer.Option("-o", "--output", help="Save to .vtp (ParaView), .csv or .npz."),
+    ] = None,
+    accuracy: o.Accuracy = 0.02,
+    mesh: o.Mesh = "auto",
+    solver: o.Solver = "gauss-seidel",
+    seed: o.Seed = 0,
+    ambient: o.Ambient = 0.0,
+    memory: o.Memory = None,
+    threads: o.Threads = None,
+    quiet: o.Quiet = False,
+) -> None:
+    """Solve a scene, print its power balance and save the result.
+
+    Example: radiosity solve scenes/cornell_box.toml -o cornell.vtp
+    """
+    from radiosity.view.export import check_suffix, save
+
+    if output:
+        check_suffix(output)
+    model = load_scene(scene, ambient, quiet)
+    with progress_bars(quiet) as progress:
+        solution = solve_scene(
+            model, accuracy, mesh, solver, seed, memory, threads, quiet, progress
+        )
+    print(summary(solution))
+    if output:
+        save(solution, output)
+        remark(f"saved {output}", quiet)
+    error = solution.truth_error()
+    if error is not None:
+        bound = model.truth.relative_tolerance
+        print(f"truth: relative error {error:.2e}, stated {bound:g} on mesh {model.truth.mesh}")
+
+
+def summary(solution) -> str:
+    """Return the size of the solution and its power balance as text."""
+    balance, patches = solution.balance, solution.patches
+    sealed = int((~solution.live[: patches.fronts] & ~patches.covered).sum())
+    rows = [
+        f"patches       {len(patches)} ({int(patches.covered.sum())} covered, {sealed} unlit)",
+        f"scene         {'closed' if solution.closed else 'open'}",
+        f"solver        {solution.solver}, {len(solution.history)} iterations, "
+        f"error bound {solution.history[-1]:.1e}",
+        "power in W            red         green          blue",
+    ]
+    for name in ("emitted", "absorbed", "escaped"):
+        values = "".join(f"{v:14.6g}" for v in getattr(balance, name))
+        rows.append(f"  {name:10}{values}")
+    rows.append(f"  balanced within {balance.defect:.1e} of the power emitted")
+    return "\n".join(rows)

@@ -1,0 +1,60 @@
+"""``radiosity view``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from radiosity.cli import options as o
+from radiosity.cli.progress import progress_bars, remark
+from radiosity.cli.session import load_scene, solve_scene
+
+
+def view(
+    scene: o.SceneFile,
+    camera: o.CameraName = None,
+    size: o.Size = None,
+    screenshot: Annotated[
+        str | None,
+        typer.Option("--screenshot", help="Write the gathered picture here and open no window."),
+    ] = None,
+    samples: o.Samples = 256,
+    accuracy: o.Accuracy = 0.02,
+    mesh: o.Mesh = "auto",
+    solver: o.Solver = "gauss-seidel",
+    seed: o.Seed = 0,
+    ambient: o.Ambient = 0.0,
+    memory: o.Memory = None,
+    threads: o.Threads = None,
+    quiet: o.Quiet = False,
+) -> None:
+    """Solve a scene and look at it in an interactive window.
+
+    Without a display the gathered picture is written instead.
+
+    Example: radiosity view scenes/cornell_box.toml
+    """
+    from radiosity.view.gather import find_camera, render
+    from radiosity.view.image import check_suffix, write
+    from radiosity.view.window import display_available, show
+
+    if screenshot:
+        check_suffix(screenshot)
+    pixels = o.parse_size(size)
+    model = load_scene(scene, ambient, quiet)
+    chosen = find_camera(model, camera)
+    shown = screenshot is None and display_available()
+    target = screenshot or f"{Path(scene).stem}.png"
+    with progress_bars(quiet) as progress:
+        solution = solve_scene(
+            model, accuracy, mesh, solver, seed, memory, threads, quiet, progress
+        )
+        if not shown:
+            image = render(solution, chosen, size=pixels, samples=samples, progress=progress)
+    if shown:
+        show(solution, chosen, size=pixels, samples=samples)
+        return
+    if screenshot is None:
+        remark("no display: the picture is gathered and written instead of shown", quiet)
+    write(image, target)
+    remark(f"wrote {target}", quiet)

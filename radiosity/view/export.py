@@ -1,0 +1,129 @@
+"""Files for other programs: a solution as a mesh, a table or arrays."""
+
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from radiosity.solve.solution import Solution
+from radiosity.view.files import written_whole
+from radiosity.view.polydata import SIDES, shown_patches, to_pyvista
+
+COLUMNS = (
+    *("index", "face", "material", "group", "side"),
+    *("x", "y", "z", "nx", "ny", "nz", "area_m2"),
+    *("emission_r_W_m2", "emission_g_W_m2", "emission_b_W_m2"),
+    *("irradiance_r_W_m2", "irradiance_g_W_m2", "irradiance_b_W_m2"),
+    *("radiosity_r_W_m2", "radiosity_g_W_m2", "radiosity_b_W_m2"),
+    "illuminance_lx",
+)
+
+
+def check_suffix(path: str | PathLike) -> None:
+    """Refuse a file that `save` could not write, before anything is solved.
+
+    Raises
+    ------
+    ValueError
+        The suffix is not one of the supported, which the message names.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in _WRITERS:
+        raise ValueError(
+            f"solution file {str(path)!r} has the suffix {suffix!r}; supported are "
+            ".vtp (mesh for ParaView and pyvista), .csv (one row a patch), .npz (numpy arrays)"
+        )
+
+
+def save(solution: Solution, path: str | PathLike) -> None:
+    """Write a solution: whole, or not at all.
+
+    ``.vtp`` holds the mesh of `to_pyvista`; ``.csv`` the columns `COLUMNS`, one row a patch, in
+    full precision; ``.npz`` plain arrays (no pickle) named as in `arrays`. All leave out the
+    fronts that another face covers. Coordinates are in scene units.
+
+    Raises
+    ------
+    ValueError
+        For any other suffix.
+    OSError
+        Where the file cannot be written.
+
+    Examples
+    --------
+    >>> save(solution, "room.csv")                                      # doctest: +SKIP
+    """
+    check_suffix(path)
+    with written_whole(path) as temporary:
+        _WRITERS[Path(path).suffix.lower()](solution, temporary)
+
+
+def arrays(solution: Solution) -> dict[str, np.ndarray]:
+    """Return the patches as named arrays, all rows in the same order.
+
+    ``vertices`` (n, 4, 3), counter-clockwise seen from the active side, a triangle repeats its
+    last; ``normal``, ``centroid`` (n, 3); ``area_m2``, ``illuminance_lx`` (n,); ``emission``,
+    ``irradiance``, ``radiosity`` (n, 3) in W/m2, ``reflectance`` (n, 3); integers (n,) ``index``
+    (of the patch in the solution), ``face``, ``material``, ``group``, ``side``, the last three
+    into ``material_names``, ``group_names``, ``side_names``; ``scene``, ``unit``, ``unit_m``.
+    """
+    scene, patches, shown = solution.scene, solution.patches, shown_patches(solution)
+    face = patches.face[shown]
+    return {
+        "index": shown,
+        "vertices": patches.vertices[shown],
+        "normal": patches.normal[shown],
+        "centroid": patches.centroid[shown],
+        "area_m2": patches.area[shown] * scene.unit_m**2,
+        "face": face,
+        "material": scene.faces.material[face],
+        "group": scene.faces.group[face],
+        "side": (~patches.front[shown]).astype(np.uint8),
+        "emission": solution.emission[shown],
+        "reflectance": solution.reflectance[shown],
+        "irradiance": solution.irradiance_on[shown],
+        "radiosity": solution.radiosity[shown],
+        "illuminance_lx": solution.illuminance[shown],
+        "material_names": np.array([m.name for m in scene.materials], dtype=np.str_),
+        "group_names": np.array(scene.groups, dtype=np.str_),
+        "side_names": np.array(SIDES, dtype=np.str_),
+        "scene": np.array(scene.name, dtype=np.str_),
+        "unit": np.array(scene.unit, dtype=np.str_),
+        "unit_m": np.array(scene.unit_m),
+    }
+
+
+def _write_vtp(solution, path):
+    to_pyvista(solution).save(path)
+
+
+def _write_npz(solution, path):
+    with open(path, "wb") as file:
+        np.savez_compressed(file, **arrays(solution))
+
+
+def _write_csv(solution, path):
+    import csv
+
+    a = arrays(solution)
+    columns = [
+        a["index"],
+        a["face"],
+        a["material_names"][a["material"]],
+        a["group_names"][a["group"]],
+        a["side_names"][a["side"]],
+        *a["centroid"].T,
+        *a["normal"].T,
+        a["area_m2"],
+        *a["emission"].T,
+        *a["irradiance"].T,
+        *a["radiosity"].T,
+        a["illuminance_lx"],
+    ]
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        writer.writerows(zip(*(c.tolist() for c in columns), strict=True))
+
+
+_WRITERS = {".vtp": _write_vtp, ".csv": _write_csv, ".npz": _write_npz}

@@ -1,0 +1,87 @@
+"""The solved patches as a mesh that pyvista, VTK and ParaView read."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from radiosity.mesh.interpolation import corner_values, find_neighbours, gradients
+from radiosity.solve.solution import Solution
+
+if TYPE_CHECKING:
+    import pyvista
+
+SIDES = ("front", "back")  # what the numbers 0 and 1 of ``side`` mean
+
+
+def shown_patches(solution: Solution) -> np.ndarray:
+    """Return the indices of the patches that can be seen: all but fronts in contact.
+
+    Modelled backs are among them, and fronts that no light reaches, which are black.
+    """
+    covered = np.zeros(len(solution.patches), bool)
+    covered[: solution.patches.fronts] = solution.patches.covered
+    return np.flatnonzero(~covered)
+
+
+def corner_radiosity(solution: Solution) -> np.ndarray:
+    """Return (n, 4, 3) radiosities in W/m2 at the corners of all patches, smooth across cells."""
+    patches, b = solution.patches, solution.radiosity
+    around = find_neighbours(patches, solution.live, solution.scene.faces.material[patches.face])
+    return corner_values(patches, around, b, gradients(patches, around, b))
+
+
+def to_pyvista(solution: Solution) -> "pyvista.PolyData":
+    """Return the patches as a mesh in scene units, one cell a patch side.
+
+    Every front is a cell except those in contact with another face, and every back that light
+    reaches is one too, in the order of the solution's patches. Cells wind counter-clockwise seen
+    from their active side. No two cells share points: the smooth field jumps at creases,
+    at changes of material and between the sides of a face, and a shared point has one value.
+
+    Returns
+    -------
+    pyvista.PolyData
+        ``cell_data``: ``radiosity_W_m2``, ``irradiance_W_m2``, ``reflectance`` (3 bands each),
+        ``illuminance_lx``, and the integers ``patch`` and ``face`` (indices into the solution's
+        patches and the scene's faces), ``material``, ``group`` (into the names in
+        ``field_data``) and ``side`` (0 front, 1 back). ``point_data``: ``radiosity_W_m2``,
+        interpolated to the corners. ``field_data``: ``scene``, ``unit``, ``unit_m`` (metres),
+        ``material_names``, ``group_names``, ``side_names``.
+
+    Examples
+    --------
+    >>> mesh = to_pyvista(solution)                                     # doctest: +SKIP
+    >>> mesh.plot(scalars="illuminance_lx")                             # doctest: +SKIP
+    """
+    import pyvista
+
+    scene, patches, shown = solution.scene, solution.patches, shown_patches(solution)
+    vertices = patches.vertices[shown]
+    corners = np.where(np.all(vertices[:, 3] == vertices[:, 2], axis=1), 3, 4)
+    used = np.arange(4) < corners[:, None]
+    start = np.cumsum(corners) - corners
+    cells = np.insert(np.arange(corners.sum()), start, corners)
+    mesh = pyvista.PolyData(vertices[used], faces=cells)
+    mesh.point_data["radiosity_W_m2"] = corner_radiosity(solution)[shown][used]
+    face = patches.face[shown]
+    mesh.cell_data["radiosity_W_m2"] = solution.radiosity[shown]
+    mesh.cell_data["irradiance_W_m2"] = solution.irradiance_on[shown]
+    mesh.cell_data["illuminance_lx"] = solution.illuminance[shown]
+    mesh.cell_data["reflectance"] = solution.reflectance[shown]
+    mesh.cell_data["patch"] = shown
+    mesh.cell_data["face"] = face
+    mesh.cell_data["material"] = scene.faces.material[face]
+    mesh.cell_data["group"] = scene.faces.group[face]
+    mesh.cell_data["side"] = (~patches.front[shown]).astype(np.uint8)
+    _name(mesh, scene)
+    return mesh
+
+
+def _name(mesh, scene):
+    """Attach what the numbers of a mesh mean."""
+    mesh.field_data["scene"] = [scene.name]
+    mesh.field_data["unit"] = [scene.unit]
+    mesh.field_data["unit_m"] = [scene.unit_m]
+    mesh.field_data["material_names"] = [m.name for m in scene.materials]
+    mesh.field_data["group_names"] = list(scene.groups)
+    mesh.field_data["side_names"] = list(SIDES)
