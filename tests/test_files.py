@@ -208,6 +208,28 @@ def test_geometry_named_by_the_user_may_lie_anywhere(house):
     assert len(read_geometry(house / ".." / "secret.obj").faces) == 1
 
 
+def test_materials_of_a_library_reach_the_scene_and_the_first_one_wins(house):
+    for name, kd in (("x", 0.1), ("y", 0.2)):
+        (house / f"{name}.mtl").write_text(
+            f"newmtl a\nKd {kd} {kd} {kd}\nnewmtl {name}\nKd 0 0 0\n"
+        )
+        (house / f"{name}.obj").write_text(
+            f"mtllib {name}.mtl\n" + OBJ + f"usemtl a\nf 1 2 3\nusemtl {name}\nf 1 2 3\n"
+        )
+    (house / "a.toml").write_text('[[geometry]]\nfile = "x.obj"\n[[geometry]]\nfile = "y.obj"\n')
+    made = {m.name: m.diffuse[0] for m in load(house / "a.toml").materials}
+    assert made == {"default": 0.5, "a": 0.1, "x": 0, "y": 0}
+
+
+@pytest.mark.parametrize("end", ["\r", "\r\n"])
+def test_line_ends_of_other_systems_are_read(tmp_path, end):
+    text = OBJ.replace("f 1 2", "f 1 \\\n 2") + "f 1 2\n"
+    (tmp_path / "a.obj").write_bytes(text.replace("\n", end).encode())
+    assert problems(load, tmp_path / "a.obj") == [
+        "line 7: f 1 2: a face needs at least 3 corners, found 2"
+    ]
+
+
 def test_bom_and_carriage_returns_are_read(tmp_path):
     (tmp_path / "a.obj").write_bytes(b"\xef\xbb\xbf" + OBJ.replace("\n", "\r\n").encode())
     (tmp_path / "a.toml").write_bytes(b'\xef\xbb\xbf[[geometry]]\r\nfile = "a.obj"\r\n')

@@ -72,7 +72,7 @@ def arrays(solution: Solution) -> dict[str, np.ndarray]:
     return {
         "index": shown,
         "vertices": patches.vertices[shown],
-        "normal": patches.normal[shown],
+        "normal": patches.normal[shown] + 0.0,  # no -0.0
         "centroid": patches.centroid[shown],
         "area_m2": patches.area[shown] * scene.unit_m**2,
         "face": face,

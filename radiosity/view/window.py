@@ -1,0 +1,442 @@
+"""The interactive window: the solution to walk around in, gathered wherever the view rests.
+
+Moving, one sees the patches' radiosity interpolated between their corners, as fast as the
+graphics allow. At rest, key ``g`` lets the final gather of the very same camera cover the window
+pixel for pixel, pass by pass. A thread gathers; everything that VTK touches stays in the main
+thread, which a timer makes look for news.
+"""
+
+import itertools
+import os
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from radiosity.scene.model import Camera
+from radiosity.solve.solution import Solution
+from radiosity.view import gather
+from radiosity.view.camera import basis
+from radiosity.view.files import written_whole
+from radiosity.view.image import tone_map
+from radiosity.view.polydata import to_pyvista
+
+if TYPE_CHECKING:
+    import pyvista
+
+REST = 0.3  # seconds without movement after which a view is gathered
+TICK = 40  # milliseconds between two looks for news
+PARTING = 0.5  # seconds that closing waits for the thread, which ends after its pass
+FILL = 0.9  # of the screen that a window takes at most, unless a size is asked for
+HELP = "drag: orbit  wheel: zoom   g gather  e edges  r reset  s save  q quit"
+
+_PROBE = """
+import vtkmodules.vtkRenderingOpenGL2
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
+window = vtkRenderWindow()
+name = window.GetClassName()
+print("EGL" not in name and "OSOpenGL" not in name and "OSMesa" not in name
+      and bool(window.SupportsOpenGL()))
+"""
+
+
+def show(
+    solution: Solution,
+    camera: Camera | str | None = None,
+    size: tuple[int, int] | None = None,
+    off_screen: bool = False,
+) -> np.ndarray | None:
+    """Show a solution until the user closes the window.
+
+    Parameters
+    ----------
+    solution : Solution
+    camera : Camera or str, optional
+        Where to start: one of the scene's by name, its first by default.
+    size : (w, h), optional
+        Pixels, instead of the camera's own.
+    off_screen : bool
+        Open nothing and return what the window would show at first.
+
+    Returns
+    -------
+    (h, w, 3) uint8 or None
+        The picture, if ``off_screen``.
+
+    Raises
+    ------
+    ValueError
+        No such camera, or one that cannot look.
+
+    Examples
+    --------
+    >>> show(solution)                                                  # doctest: +SKIP
+    """
+    window = Window(solution, camera, size, off_screen=off_screen)
+    try:
+        return window.screenshot() if off_screen else window.run()
+    finally:
+        window.close()
+
+
+def display_available() -> bool:
+    """Return whether a window can be opened here.
+
+    On Linux a child process asks VTK, because a display without OpenGL ends the process that
+    tries it; elsewhere there always is one.
+    """
+    if not sys.platform.startswith("linux"):
+        return True
+    if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        return False
+    try:
+        answer = subprocess.run(
+            [sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=30
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return answer.returncode == 0 and answer.stdout.strip().endswith("True")
+
+
+def current_camera(plotter: "pyvista.Plotter", name: str) -> Camera:
+    """Return where a pyvista window looks from at this moment, at its size in pixels."""
+    seen = plotter.renderer.GetActiveCamera()
+    position, target, up = (
+        np.array(v) for v in (seen.GetPosition(), seen.GetFocalPoint(), seen.GetViewUp())
+    )
+    size = tuple(plotter.render_window.GetSize())
+    return Camera(name, position, target, up, seen.GetViewAngle(), size)
+
+
+class Window:
+    """A pyvista window on a solution.
+
+    Attributes
+    ----------
+    plotter : pyvista.Plotter
+    gathering : bool
+        Whether resting views are gathered.
+    edges : bool
+        Whether the patches' edges are drawn.
+    """
+
+    def __init__(
+        self,
+        solution: Solution,
+        camera: Camera | str | None = None,
+        size: tuple[int, int] | None = None,
+        *,
+        samples: int = gather.SAMPLES,
+        off_screen: bool = False,
+    ):
+        """Build the window, without entering its loop; see `show` for the parameters.
+
+        ``samples`` is the rays over each pixel's hemisphere that a gathered view ends with.
+        """
+        import pyvista
+
+        self._solution, self._samples = solution, samples
+        self._home = gather.find_camera(solution.scene, camera)
+        gather.pass_count(samples)  # refuses a number out of range
+        self.gathering = self.edges = False
+        self._turn, self._job = threading.Lock(), None
+        self.plotter = pyvista.Plotter(
+            off_screen=off_screen, window_size=size or self._home.size, lighting="none",
+            title=f"{solution.scene.name or 'scene'} - radiosity",
+        )  # fmt: skip
+        if not (size or self.plotter.off_screen):
+            _fit_to_screen(self.plotter.render_window)
+        self.plotter.enable_anti_aliasing("msaa", multi_samples=4)
+        self._add_surfaces(tone_map)
+        self._cover = _Cover(self.plotter.renderer)
+        self._help = self._text(HELP, 8)
+        self._note = self._text("", 26)
+        self._reset()
+        self._bind_keys()
+        self._seen, self._since = self._view(), time.monotonic()
+        self.plotter.renderer.AddObserver("StartEvent", lambda *_: self._follow())
+        self.plotter.show(interactive=False, auto_close=False)
+
+    def run(self) -> None:
+        """Let the user look around until the window is closed."""
+        if not self.plotter.off_screen:
+            self.plotter.iren.interactor.AddObserver("TimerEvent", lambda *_: self.tick())
+            self.plotter.iren.create_timer(TICK)
+            self.plotter.show()
+
+    def tick(self) -> None:
+        """Do what is due: start to gather a view that rests, or show its latest pass.
+
+        Raises
+        ------
+        Exception
+            What ended the gathering, which is then off.
+        """
+        self._follow()
+        if not self.gathering:
+            return
+        if self._job is None:
+            if time.monotonic() - self._since >= REST:
+                camera = current_camera(self.plotter, "window")
+                self._job = _Job(self._solution, camera, self._samples, self._turn)
+                self._tell()
+            return
+        if self._job.error is not None:
+            error = self._job.error
+            self._toggle_gathering()
+            raise error
+        picture = self._job.newest()
+        if picture is not None:
+            self._cover.show(picture)
+            self._tell()
+
+    @property
+    def finished(self) -> bool:
+        """Return whether the view is gathered with all samples and shown."""
+        return self._job is not None and self._job.finished and self._cover.visible
+
+    def screenshot(self) -> np.ndarray:
+        """Return what the window shows, (h, w, 3) uint8 rows from the top, without its texts."""
+        shown = [a.GetVisibility() for a in (self._help, self._note)]
+        self._help.VisibilityOff()
+        self._note.VisibilityOff()
+        self.plotter.render()
+        pixels = np.asarray(self.plotter.screenshot(return_img=True))[:, :, :3].copy()
+        for actor, was in zip((self._help, self._note), shown, strict=True):
+            actor.SetVisibility(was)
+        self.plotter.render()
+        return pixels
+
+    def close(self) -> None:
+        """Close the window, then stop the thread; an unfinished pass runs out by itself."""
+        job, self.gathering = self._job, False
+        self._drop()
+        self.plotter.close()
+        if job is not None:
+            job.thread.join(PARTING)
+
+    def _add_surfaces(self, display):
+        """Add the solved patches, seen from their active sides only, and what is behind them."""
+        mesh = to_pyvista(self._solution)
+        exposure = gather.auto_exposure(self._solution)
+        mesh.point_data["shown"] = display(mesh.point_data["radiosity_W_m2"] / np.pi, exposure)
+        self._surfaces = self.plotter.add_mesh(
+            mesh, scalars="shown", rgb=True, lighting=False, culling="back",
+            edge_color="#404448", line_width=1, reset_camera=False, show_scalar_bar=False,
+        )  # fmt: skip
+        outside = display(self._solution.surroundings.field.outside / np.pi, exposure)
+        self.plotter.set_background([int(v) for v in outside])
+
+    def _text(self, words, height):
+        actor = self.plotter.add_text(
+            words, position=(8, height), font_size=6, color="#e8e8e8", shadow=True, render=False
+        )
+        actor.SetLayerNumber(1)  # above the picture
+        return actor
+
+    def _bind_keys(self):
+        """Answer our keys and none of VTK's own, which would leave, reset or restyle."""
+        self.plotter.iren.clear_key_event_callbacks()
+        for key, action in {
+            "e": self._toggle_edges,
+            "g": self._toggle_gathering,
+            "r": self._reset,
+            "s": self._save,
+            "q": self._quit,
+        }.items():
+            for symbol in (key, key.upper()):
+                self.plotter.iren.add_key_event(symbol, action)
+        self.plotter.iren.style.AddObserver("CharEvent", lambda *_: None)
+
+    def _view(self):
+        """Return all that decides what a pixel shows."""
+        c = current_camera(self.plotter, "")
+        return (*c.position, *c.target, *c.up, c.fov, *c.size)
+
+    def _follow(self):
+        """Uncover the moving surfaces, and stop gathering what is no longer looked at."""
+        view = self._view()
+        if view != self._seen:
+            self._seen, self._since = view, time.monotonic()
+            self._drop()
+
+    def _drop(self):
+        """Forget the gathered picture and stop the thread that makes it."""
+        if self._job is not None:
+            self._job.stop()
+            self._job = None
+        self._cover.hide()
+        self._write_note()
+
+    def _tell(self):
+        self._write_note()
+        self.plotter.render()
+
+    def _write_note(self):
+        """Show how far the gathering is; no words over a finished picture."""
+        job = self._job
+        waiting = job is not None and not job.finished
+        self._note.SetInput(f"gathering {job.done} of {job.total}" if waiting else "")
+        self._note.SetVisibility(waiting)
+        self._help.SetVisibility(not (self._cover.visible or self.plotter.notebook))
+
+    def _toggle_edges(self):
+        """Switch the edges of the patches, leaving a gathered picture, which has none."""
+        self.edges = not self.edges
+        self._surfaces.prop.show_edges = self.edges
+        if self.edges and self.gathering:
+            self.gathering = False
+            self._drop()
+        self.plotter.render()
+
+    def _toggle_gathering(self):
+        """Switch the gathering of resting views; the first starts at once."""
+        self.gathering = not self.gathering
+        self._since = -REST
+        self._drop()
+        self.plotter.render()
+
+    def _reset(self):
+        """Look from the scene's camera, turning about a point within the scene."""
+        camera, seen = self._home, self.plotter.renderer.GetActiveCamera()
+        seen.SetPosition(camera.position)
+        seen.SetFocalPoint(_pivot(camera, self._solution.scene.faces.vertices))
+        seen.SetViewUp(basis(camera)[1])
+        seen.SetViewAngle(camera.fov)
+        self.plotter.renderer.camera.is_set = True
+        self.plotter.renderer.ResetCameraClippingRange()
+        self.plotter.render()
+
+    def _save(self):
+        """Write what the window shows as a PNG file into the current folder."""
+        import imageio.v3
+
+        scene = self._solution.scene
+        stem = Path(scene.source).stem or "radiosity"
+        names = (f"{stem}-{k}.png" for k in itertools.count(1))
+        place = next(p for p in map(Path, names) if not p.exists())
+        try:
+            with written_whole(place) as temporary:
+                imageio.v3.imwrite(temporary, self.screenshot(), extension=".png")
+        except OSError as error:
+            print(f"not saved: {error}", file=sys.stderr)
+        else:
+            print(f"saved {place.resolve()}", file=sys.stderr)
+
+    def _quit(self):
+        self.gathering = False
+        self._drop()
+        self.plotter.iren.terminate_app()
+
+
+class _Cover:
+    """A picture laid over a renderer pixel for pixel, not scaled."""
+
+    def __init__(self, renderer):
+        from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
+
+        self._mapper, self._actor = vtkImageMapper(), vtkActor2D()
+        self._mapper.SetColorWindow(255.0)  # with this level, bytes are shown as they are
+        self._mapper.SetColorLevel(127.5)
+        self._actor.SetMapper(self._mapper)
+        self._actor.SetLayerNumber(0)
+        self._actor.VisibilityOff()
+        renderer.AddViewProp(self._actor)
+
+    @property
+    def visible(self):
+        return bool(self._actor.GetVisibility())
+
+    def show(self, picture):
+        """Lay (h, w, 3) uint8 over the window; VTK counts rows from the bottom."""
+        import pyvista
+
+        height, width, _ = picture.shape
+        image = pyvista.ImageData(dimensions=(width, height, 1))
+        image.point_data["rgb"] = np.ascontiguousarray(picture[::-1]).reshape(-1, 3)
+        self._mapper.SetInputData(image)
+        self._actor.VisibilityOn()
+
+    def hide(self):
+        self._actor.VisibilityOff()
+
+
+@dataclass(frozen=True)
+class _Progress:
+    """How far a gathering is and its tone-mapped picture, replaced as a whole."""
+
+    done: int
+    picture: np.ndarray | None
+
+
+class _Job:
+    """One view being gathered in a thread of its own; only one computes at a time."""
+
+    def __init__(self, solution, camera, samples, turn):
+        self.total = gather.pass_count(samples)
+        self.error = None
+        self._newest, self._taken = _Progress(0, None), 0
+        self._stopped = threading.Event()
+        self.thread = threading.Thread(
+            target=self._run, args=(solution, camera, samples, turn), daemon=True
+        )
+        self.thread.start()
+
+    @property
+    def done(self):
+        """Return how many passes have been taken to be shown."""
+        return self._taken
+
+    @property
+    def finished(self):
+        return self._taken == self.total
+
+    def newest(self):
+        """Return the latest picture, (h, w, 3) uint8, or None where it was returned before."""
+        newest = self._newest
+        if newest.done == self._taken:
+            return None
+        self._taken = newest.done
+        return newest.picture
+
+    def stop(self):
+        self._stopped.set()
+
+    def _run(self, solution, camera, samples, turn):
+        try:
+            with turn:
+                if self._stopped.is_set():
+                    return
+                passes = gather.passes(solution, camera, size=camera.size, samples=samples)
+                for done, image in enumerate(passes, start=1):
+                    self._newest = _Progress(done, tone_map(image.pixels, image.exposure))
+                    if self._stopped.is_set():
+                        return
+        except Exception as error:  # told and raised in the main thread, by tick
+            self.error = error
+
+
+def _pivot(camera, vertices):
+    """Return the point to turn about: the target, or abreast of the scene's middle if outside.
+
+    It lies on the line of sight, so the picture does not depend on it.
+    """
+    low, high = vertices.reshape(-1, 3).min(axis=0), vertices.reshape(-1, 3).max(axis=0)
+    if np.all((low <= camera.target) & (camera.target <= high)):
+        return camera.target
+    forward = basis(camera)[2]
+    depth = forward @ ((low + high) / 2 - camera.position)
+    return camera.position + depth * forward if depth > 0 else camera.target
+
+
+def _fit_to_screen(window):
+    """Shrink a window that would not fit on the screen, keeping its proportions."""
+    size, screen = np.array(window.GetSize()), np.array(window.GetScreenSize())
+    if np.all(screen > 0):
+        size = size * min(1.0, *(FILL * screen / size))
+        window.SetSize(*(max(1, int(v)) for v in size))
