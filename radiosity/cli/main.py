@@ -1,6 +1,7 @@
 """The command line: one verb a file, and every error in one clear message."""
 
 import os
+import signal
 import sys
 
 import typer
@@ -25,11 +26,16 @@ for verb in (view, solve, render, probe, verify, info):
     app.command()(verb)
 
 
+class Interrupted(BaseException):
+    """Ctrl-C; not a KeyboardInterrupt, which the argument parser would turn into exit code 1."""
+
+
 def run() -> None:
     """Run the command line; exit codes as documented (0, 1, 2, 3, 130)."""
+    signal.signal(signal.SIGINT, _interrupt)
     try:
         app()
-    except KeyboardInterrupt:
+    except Interrupted:
         _stop("interrupted; nothing half-written is left", 130)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -47,6 +53,10 @@ def run() -> None:
         if isinstance(error, NotConverged):
             _stop(str(error), 1)
         raise
+
+
+def _interrupt(signum, frame):
+    raise Interrupted
 
 
 def _told(error: Exception) -> str:

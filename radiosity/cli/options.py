@@ -6,6 +6,26 @@ from typing import Annotated
 
 import typer
 
+
+def number(text: str) -> float:
+    """Return a number, or name what was typed."""
+    try:
+        return float(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not a number") from None
+
+
+def at_least(least: int):
+    """Return a parser of whole numbers that names what was typed."""
+
+    def whole(text: str) -> int:
+        if not str(text).isdecimal() or int(text) < least:
+            raise typer.BadParameter(f"{text!r} is not a whole number of at least {least}")
+        return int(text)
+
+    return whole
+
+
 SceneFile = Annotated[
     str, typer.Argument(metavar="SCENE", help="Scene file: .toml, .obj, .ply or .stl.")
 ]
@@ -13,6 +33,8 @@ Accuracy = Annotated[
     float,
     typer.Option(
         "--accuracy",
+        metavar="EPS",
+        parser=number,
         help="Relative error to aim at; it chooses mesh, rays and solver tolerance. 0.02 is 2 %.",
     ),
 ]
@@ -27,12 +49,15 @@ Mesh = Annotated[
 Solver = Annotated[
     str, typer.Option("--solver", metavar="NAME", help="gauss-seidel, gmres or direct.")
 ]
-Seed = Annotated[int, typer.Option("--seed", min=0, help="Of all sample patterns.")]
+Seed = Annotated[
+    int, typer.Option("--seed", metavar="N", parser=at_least(0), help="Of all sample patterns.")
+]
 Ambient = Annotated[
     float,
     typer.Option(
         "--ambient",
         metavar="L",
+        parser=number,
         help="Radiance in W/(m2 sr) that enters open scenes from all around.",
     ),
 ]
@@ -41,7 +66,10 @@ Memory = Annotated[
     typer.Option("--memory", metavar="4GB", help="Most memory to use; half of what is free."),
 ]
 Threads = Annotated[
-    int | None, typer.Option("--threads", min=1, help="Cores to use; all by default.")
+    int | None,
+    typer.Option(
+        "--threads", metavar="N", parser=at_least(1), help="Cores to use; all by default."
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no remarks on stderr.")]
 CameraName = Annotated[
@@ -51,7 +79,10 @@ Size = Annotated[
     str | None, typer.Option("--size", metavar="WxH", help="Pixels; the camera's own by default.")
 ]
 Samples = Annotated[
-    int, typer.Option("--samples", min=1, help="Rays over the hemisphere of each pixel.")
+    int,
+    typer.Option(
+        "--samples", metavar="N", parser=at_least(1), help="Rays over the hemisphere of each pixel."
+    ),
 ]
 
 
@@ -62,7 +93,9 @@ def parse_size(text: str | None) -> tuple[int, int] | None:
     match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text.strip().lower())
     size = tuple(int(v) for v in match.groups()) if match else (0, 0)
     if not all(1 <= v <= 16384 for v in size):
-        raise ValueError(f"--size {text!r} must be WIDTHxHEIGHT, 1x1 to 16384x16384: --size 512x512")
+        raise ValueError(
+            f"--size {text!r} must be WIDTHxHEIGHT, 1x1 to 16384x16384: --size 512x512"
+        )
     return size
 
 

@@ -33,8 +33,12 @@ def probe(
 
     Example: radiosity probe scenes/cornell_box.toml points.csv -o light.csv
     """
+    from radiosity.view.files import check_place, written_whole
+
     where = read_points(points)
-    model = load_scene(scene, ambient, quiet)
+    if output:
+        check_place(output)
+    model = load_scene(scene, mesh, ambient, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(
             model, accuracy, mesh, solver, seed, memory, threads, quiet, progress
@@ -44,8 +48,6 @@ def probe(
     if output is None:
         sys.stdout.write(text)
         return
-    from radiosity.view.files import written_whole
-
     with written_whole(output) as temporary:
         temporary.write_text(text)
     remark(f"wrote {output}", quiet)

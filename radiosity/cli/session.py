@@ -6,15 +6,18 @@ from radiosity.cli.options import parse_memory, use_threads
 from radiosity.cli.progress import remark
 
 
-def load_scene(path: str, ambient: float, quiet: bool):
-    """Return the scene of a file with ambient light, and remark on what was assumed."""
+def load_scene(path: str, mesh: str, ambient: float, quiet: bool):
+    """Return the scene of a file with ambient light, and remark on what was assumed.
+
+    Pairs of triangles are joined to quadrilaterals, but not for ``--mesh input``.
+    """
     import numpy as np
 
     from radiosity.scene.files import load
 
     if not 0 <= ambient < float("inf"):
         raise ValueError(f"--ambient {ambient} must be a radiance of at least 0 W/(m2 sr)")
-    scene = load(path)
+    scene = load(path, merge=mesh != "input")
     for note in scene.notes:
         remark(f"note: {note}", quiet)
     if not any(m.emits for m in scene.materials) and ambient == 0:
@@ -36,7 +39,10 @@ def solve_scene(scene, accuracy, mesh, solver, seed, memory, threads, quiet, pro
     )  # fmt: skip
     seconds = time.perf_counter() - begun
     if solution.solver != solver:
-        remark(f"note: solved by {solution.solver}: reflectances near 1 make bounces fade slowly", quiet)
+        remark(
+            f"note: solved by {solution.solver}: reflectances near 1 make bounces fade slowly",
+            quiet,
+        )
     remark(
         f"solved {scene.name}: {len(solution.patches)} patches, {len(solution.history)} iterations "
         f"in {seconds:.1f} s",

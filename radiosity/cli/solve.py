@@ -29,10 +29,12 @@ def solve(
     Example: radiosity solve scenes/cornell_box.toml -o cornell.vtp
     """
     from radiosity.view.export import check_suffix, save
+    from radiosity.view.files import check_place
 
     if output:
         check_suffix(output)
-    model = load_scene(scene, ambient, quiet)
+        check_place(output)
+    model = load_scene(scene, mesh, ambient, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(
             model, accuracy, mesh, solver, seed, memory, threads, quiet, progress

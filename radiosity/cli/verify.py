@@ -8,7 +8,9 @@ import typer
 def verify(
     suite: Annotated[
         list[str] | None,
-        typer.Option("--suite", metavar="NAME", help="elements, polygons or rooms; all by default."),
+        typer.Option(
+            "--suite", metavar="NAME", help="elements, polygons or rooms; all by default."
+        ),
     ] = None,
 ) -> None:
     """Compute the built-in closed-form cases; print expected, found, error and time.
@@ -17,9 +19,9 @@ def verify(
     """
     from radiosity.solve.verification import SUITES, run_suites
 
-    failed = 0
+    checks, failed = run_suites(suite or list(SUITES)), 0
     print(f"{'case':44}{'expected':>16}{'found':>16}{'error':>10}{'bound':>10}{'seconds':>9}")
-    for check in run_suites(suite or list(SUITES)):
+    for check in checks:
         bad = not check.error <= check.bound
         failed += bad
         print(

@@ -34,14 +34,16 @@ def view(
 
     Example: radiosity view scenes/cornell_box.toml
     """
+    from radiosity.view.files import check_place
     from radiosity.view.gather import find_camera, render
     from radiosity.view.image import check_suffix, write
     from radiosity.view.window import display_available, show
 
     if screenshot:
         check_suffix(screenshot)
+        check_place(screenshot)
     pixels = o.parse_size(size)
-    model = load_scene(scene, ambient, quiet)
+    model = load_scene(scene, mesh, ambient, quiet)
     chosen = find_camera(model, camera)
     shown = screenshot is None and display_available()
     target = screenshot or f"{Path(scene).stem}.png"

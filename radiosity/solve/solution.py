@@ -149,10 +149,10 @@ def _named(scene, faces, face, name):
     """Return which patches belong to a material or group; "" stands for all."""
     if name == "":
         return np.ones(len(face), bool)
-    groups = np.array([g == name for g in scene.groups])
-    if groups.any():
-        return groups[faces.group[face]]
-    return np.array([m.name == name for m in scene.materials])[faces.material[face]]
+    materials = np.array([m.name == name for m in scene.materials])
+    if materials.any():
+        return materials[faces.material[face]]
+    return np.array([g == name for g in scene.groups])[faces.group[face]]
 
 
 def _checked(points, normals):

@@ -30,7 +30,7 @@ class Check:
 
 
 def run_suites(names: list[str]) -> Iterator[Check]:
-    """Yield the cases of the named suites as they are computed.
+    """Return the cases of the named suites, each computed when it is asked for.
 
     Raises
     ------
@@ -40,8 +40,7 @@ def run_suites(names: list[str]) -> Iterator[Check]:
     for name in names:
         if name not in SUITES:
             raise ValueError(f"suite = {name!r} must be one of {', '.join(SUITES)}")
-    for name in names:
-        yield from SUITES[name]()
+    return (check for name in names for check in SUITES[name]())
 
 
 def _timed(suite, case, expected, bound, compute: Callable[[], np.ndarray]) -> Check:

@@ -35,13 +35,27 @@ def written_whole(path: str | os.PathLike) -> Iterator[Path]:
     if place.exists() and not place.is_file() and not place.is_dir():
         yield place
         return
-    temporary = place.with_name(f".radiosity-{secrets.token_hex(8)}{place.suffix}")
+    temporary = _beside(place)
     _check_place(place, temporary)
     try:
         yield temporary
         os.replace(temporary, place)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def check_place(path: str | os.PathLike) -> None:
+    """Raise the OSError that writing ``path`` would end in, before the work is done for it."""
+    place = Path(os.path.realpath(path))
+    if place.exists() and not place.is_file() and not place.is_dir():
+        return
+    temporary = _beside(place)
+    _check_place(place, temporary)
+    temporary.unlink()
+
+
+def _beside(place):
+    return place.with_name(f".radiosity-{secrets.token_hex(8)}{place.suffix}")
 
 
 def _check_place(place, temporary):

@@ -3,7 +3,7 @@
 Moving, one sees the patches' radiosity interpolated between their corners, as fast as the
 graphics allow. At rest, key ``g`` lets the final gather of the very same camera cover the window
 pixel for pixel, pass by pass. A thread gathers; everything that VTK touches stays in the main
-thread, which a timer makes look for news.
+thread, which looks for news between events.
 """
 
 import itertools
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import pyvista
 
 REST = 0.3  # seconds without movement after which a view is gathered
-TICK = 40  # milliseconds between two looks for news
+TICK = 0.01  # seconds between two looks for events and news
 PARTING = 0.5  # seconds that closing waits for the thread, which ends after its pass
 FILL = 0.9  # of the screen that a window takes at most, unless a size is asked for
 HELP = "drag: orbit  wheel: zoom   g gather  e edges  r reset  s save  q quit"
@@ -163,11 +163,16 @@ class Window:
         self.plotter.show(interactive=False, auto_close=False)
 
     def run(self) -> None:
-        """Let the user look around until the window is closed."""
-        if not self.plotter.off_screen:
-            self.plotter.iren.interactor.AddObserver("TimerEvent", lambda *_: self.tick())
-            self.plotter.iren.create_timer(TICK)
-            self.plotter.show()
+        """Let the user look around until the window is closed.
+
+        VTK's own loop would hold the interpreter lock while it waits, and starve the thread.
+        """
+        if self.plotter.off_screen:
+            return
+        while self.plotter.iren is not None and not self.plotter.iren.interactor.GetDone():
+            self.plotter.iren.process_events()
+            self.tick()
+            time.sleep(TICK)
 
     def tick(self) -> None:
         """Do what is due: start to gather a view that rests, or show its latest pass.
