@@ -12,6 +12,8 @@ Examples
 
 from importlib import import_module
 
+from radiosity import solve  # a room that can be called, see there
+
 __version__ = "0.1.0"
 
 # Imported when first used: numba, scipy and VTK take longer to load than `--help` may.
@@ -28,11 +30,13 @@ _HOMES = {
     "plot": "radiosity.view.window",
     "render": "radiosity.view.gather",
     "save": "radiosity.view.export",
-    "solve": "radiosity.solve.solve",
     "to_pyvista": "radiosity.view.polydata",
     "write": "radiosity.view.image",
 }
-__all__ = sorted(_HOMES)
+__all__ = [
+    "Camera", "Image", "Material", "NotConverged", "Refused", "Scene", "SceneError", "Solution",
+    "load", "plot", "render", "save", "solve", "to_pyvista", "write",
+]  # fmt: skip
 
 
 def __getattr__(name: str):

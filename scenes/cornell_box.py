@@ -28,7 +28,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--accuracy", type=float, default=0.02)
     parser.add_argument("--size", type=int, default=256, help="pixels: 64, 128 or 256 a side")
-    parser.add_argument("--samples", type=int, default=256, help="rays over each pixel's hemisphere")
+    parser.add_argument("--samples", type=int, default=128, help="rays over each pixel's hemisphere")
     parser.add_argument("-o", "--output", default="cornell_box.png")
     args = parser.parse_args()
     if args.size not in (64, 128, 256):

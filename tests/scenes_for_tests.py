@@ -13,7 +13,7 @@ SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
 
 
 def box(low, high):
-    """Return the six faces (6, 4, 3) of a room: floor, ceiling, x0, x1, y0, y1, seen from inside."""
+    """Return a room's faces (6, 4, 3), floor, ceiling, x0, x1, y0, y1, seen from inside."""
     (x, y, z), (X, Y, Z) = low, high
     return np.array(
         [
@@ -86,9 +86,7 @@ def scene(polygons, reflectance=0.5, exitance=0.0, two_sided=True, **more):
     rho = np.broadcast_to(rho.reshape(*rho.shape, *[1] * (2 - rho.ndim)), (n, 3))
     emitted = np.asarray(exitance, float)
     emitted = np.broadcast_to(emitted.reshape(*emitted.shape, *[1] * (2 - emitted.ndim)), (n, 3))
-    materials = tuple(
-        material(rho[k], emitted[k], two_sided, name=f"m{k}") for k in range(n)
-    )
+    materials = tuple(material(rho[k], emitted[k], two_sided, name=f"m{k}") for k in range(n))
     return Scene("test", faces_of(polygons, np.arange(n)), materials, ("all",), **more)
 
 

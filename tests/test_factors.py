@@ -91,9 +91,18 @@ OBSTRUCTED = {
 def test_a_blocker_between_squares(name):
     sheet, exact = OBSTRUCTED[name]
     factors, patches = factors_of(np.concatenate([OPPOSITE, sheet[None]]), 6, rays=64)
-    # 0.2 %: 1296 pairs with 64 rays each, a third of them in the penumbra; reached REACHED
-    print("REACHED", name, between(factors, patches, 0, 1) / exact - 1)
-    assert between(factors, patches, 0, 1) == pytest.approx(exact, rel=2e-3)
+    # 1296 pairs with 64 rays each, most of them in the penumbra; reached 2e-5 to 1.5e-3
+    assert between(factors, patches, 0, 1) == pytest.approx(exact, rel=4e-3)
+
+
+def test_a_blocker_between_triangles():
+    """The squares as two triangles each: points must be even on these too."""
+    sheet, exact = OBSTRUCTED["walton_shapiro_3_4"]
+    halves = OPPOSITE[:, [[0, 1, 2, 2], [0, 2, 3, 3]]].reshape(4, 4, 3)
+    factors, patches = factors_of(np.concatenate([halves, sheet[None]]), 3, rays=64)
+    found = np.mean([between(factors, patches, i, 2) + between(factors, patches, i, 3)
+                     for i in (0, 1)])  # fmt: skip
+    assert found == pytest.approx(exact, rel=1e-2)  # 324 pairs with 64 rays each; reached 3e-3
 
 
 @pytest.mark.parametrize("grow", ["rays", "mesh"])
@@ -108,9 +117,9 @@ def test_blocked_factors_converge(grow):
             between(*factors_of(polygons, n, rays, seed), 0, 1) / exact - 1 for seed in range(4)
         ]
         errors.append(np.sqrt(np.mean(np.square(found))))
-    print("REACHED", grow, errors)
-    assert errors[-1] < 1e-3
-    # rays: at least n^-1/2 of random ones (x 8 gives 2.8); mesh: x 4 rays^(1/2) from 16 x pairs
+    # reached .9 to .08 % by rays, 2.8 to .1 % by mesh
+    assert errors[0] < 0.04 and errors[-1] < 2e-3
+    # random rays would give 64^(1/2) = 8 and 256^(1/2) = 16; reached 11 and 28
     assert errors[0] / errors[-1] > 6
 
 
@@ -188,9 +197,8 @@ def test_backs_of_a_sheet_have_factors_of_their_own():
     up, down = both.front & (both.face == 2), ~both.front
     floor, ceiling = both.face == 0, both.face == 1
     assert factors.exchange[up][:, ceiling].sum() > 0.1
-    assert factors.exchange[down][:, floor].sum() == pytest.approx(
-        factors.exchange[up][:, ceiling].sum(), rel=1e-12  # mirror images, exact part only
-    )
+    below, above = factors.exchange[down][:, floor].sum(), factors.exchange[up][:, ceiling].sum()
+    assert below == pytest.approx(above, rel=1e-12)  # mirror images, no ray is blocked
     assert factors.exchange[up][:, floor].sum() == 0 == factors.exchange[down][:, ceiling].sum()
 
 

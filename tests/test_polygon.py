@@ -8,7 +8,6 @@ from radiosity.analytic import box_form_factors, load_cases, parallel_rectangles
 from radiosity.transport.polygon import GAUSS, exchange_area, point_factor
 
 
-
 def four(vertices):
     v = np.array(vertices, float)
     return v if len(v) == 4 else v[[0, 1, 2, 2]]
@@ -112,6 +111,9 @@ def pairs_apart(seed, count, nearest, farthest):
         p = random_polygon(rng, size=rng.uniform(0.2, 1))
         away = rotation(rng)[0]
         q = random_polygon(rng, size=rng.uniform(0.2, 1))
+        if rng.random() < 0.8:  # most of them face each other
+            p = p if parts(p)[0][1] @ away > 0 else reversed_(p)
+            q = q if parts(q)[0][1] @ away < 0 else reversed_(q)
         reach = parts(p)[0][3] + parts(q)[0][3]
         yield p, q + away * reach * rng.uniform(nearest, farthest)
 
@@ -194,7 +196,7 @@ def test_cases_are_all_there():
     assert len(PAIRS) == 30 and REACHED.keys() <= {c["id"] for c in PAIRS}
 
 
-def errors_against_twin(nearest, farthest, count=20):
+def errors_against_twin(nearest, farthest, count=12):
     """Error over the smaller area, the mean of F and the number of pairs that see each other."""
     worst, relative, seen = 0.0, [], 0
     for p, q in pairs_apart(3, count, nearest, farthest):
@@ -218,7 +220,7 @@ def errors_against_twin(nearest, farthest, count=20):
 )
 def test_exchange_agrees_with_its_plain_twin(nearest, farthest, tolerance):
     worst, typical, seen = errors_against_twin(nearest, farthest)
-    assert seen > 4 and worst < tolerance
+    assert seen > 7 and worst < tolerance
     assert typical < 1e-8  # half of the factors, relative to themselves; reached 7e-10
 
 
@@ -237,7 +239,7 @@ def test_exchange_is_symmetric():
     for nearest, farthest in ((1.05, 1.5), (1.5, 4.0), (4.0, 10.0)):
         for p, q in pairs_apart(4, 40, nearest, farthest):
             # each direction has the accuracy of its rule, since the roles are swapped
-            assert exchange(p, q) == pytest.approx(exchange(q, p), rel=1e-7, abs=1e-10)
+            assert exchange(p, q) == pytest.approx(exchange(q, p), rel=1e-7, abs=1e-9)
 
 
 def test_exchange_does_not_depend_on_where_and_how_large():

@@ -56,7 +56,7 @@ def test_first_points():
 @pytest.mark.parametrize("m", [4, 6, 8])
 @pytest.mark.parametrize("block", [0, 1, 5])
 def test_two_dimensions_are_a_net(m, block, shifts):
-    """Any 2^m points put exactly one into each of the 2^m boxes 2^-i x 2^-(m-i): a (0, m, 2)-net."""
+    """A (0, m, 2)-net: 2^m points put just one into each of the 2^m boxes 2^-i x 2^-(m-i)."""
     xy = points(block * 2**m, 2**m, (0, 1), shifts)
     assert np.all((xy >= 0) & (xy < 1))
     for i in range(m + 1):

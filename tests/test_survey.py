@@ -39,9 +39,7 @@ def test_open_share_of_a_box_without_lid():
     assert not found.closed
     floor = np.flatnonzero(patches.face == 0)
     x, y = patches.centroid[floor, 0], patches.centroid[floor, 1]
-    exact = sum(
-        point_to_parallel_rectangle(a, b, 1.0) for a in (x, 1 - x) for b in (y, 1 - y)
-    )
+    exact = sum(point_to_parallel_rectangle(a, b, 1.0) for a in (x, 1 - x) for b in (y, 1 - y))
     error = found.open_share[floor, 0] - exact
     # 256 Sobol rays: random ones would err by 0.025; reached 0.006 rms, 0.018 at most
     assert np.sqrt(np.mean(error**2)) < 0.01 and np.abs(error).max() < 0.03

@@ -55,7 +55,7 @@ def _findings(scene) -> list[str]:
     contacts = find_contacts(scene.faces, emits).faces
     covered = sum(bool(c.covers) for c in contacts.values())
     found = [
-        f"contact: {len(contacts)} faces are met by others in their plane, {covered} of them covered"
+        f"contact: {len(contacts)} faces are met by others in their plane, {covered} are covered"
     ]
     if scene.truth is not None:
         found.append(

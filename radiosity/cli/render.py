@@ -16,7 +16,7 @@ def render(
     ],
     camera: o.CameraName = None,
     size: o.Size = None,
-    samples: o.Samples = 256,
+    samples: o.Samples = 128,
     accuracy: o.Accuracy = 0.02,
     mesh: o.Mesh = "auto",
     solver: o.Solver = "gauss-seidel",

@@ -18,7 +18,7 @@ def view(
         str | None,
         typer.Option("--screenshot", help="Write the gathered picture here and open no window."),
     ] = None,
-    samples: o.Samples = 256,
+    samples: o.Samples = 128,
     accuracy: o.Accuracy = 0.02,
     mesh: o.Mesh = "auto",
     solver: o.Solver = "gauss-seidel",

@@ -132,14 +132,14 @@ def make_patches(faces: Faces, shape: np.ndarray, contacts: Contacts) -> Patches
     contacts : Contacts
         Where faces touch, cross or cover each other.
     """
-    cells, face, first = _all_cells(faces, shape)
+    cells, face, first = all_cells(faces, shape)
     vertices, counts, covered, behind = _cut(cells, face, first, contacts)
     start = np.concatenate([[0], np.cumsum(counts)])
     face = np.repeat(face, counts)
     cross = _vector_area(vertices)
     area = np.linalg.norm(cross, axis=1)
     normal = cross / np.maximum(area, 1e-300)[:, None]
-    centroid = _centroid(vertices)
+    centroid = centroids(vertices)
     radius = np.linalg.norm(vertices - centroid[:, None], axis=2).max(axis=1)
     n = len(area)
     return Patches(
@@ -148,8 +148,11 @@ def make_patches(faces: Faces, shape: np.ndarray, contacts: Contacts) -> Patches
     )  # fmt: skip
 
 
-def _all_cells(faces: Faces, shape: np.ndarray):
-    """Return cell polygons (c, 4, 3), the face of each and each face's first cell."""
+def all_cells(faces: Faces, shape: np.ndarray):
+    """Return cell polygons (c, 4, 3), the face of each (c,) and each face's first cell (f,).
+
+    Face by face; in a quadrilateral row by row from its first edge, in a triangle too.
+    """
     triangle = shape[:, 1] == 0
     count = np.where(triangle, shape[:, 0] ** 2, shape[:, 0] * shape[:, 1])
     first = np.concatenate([[0], np.cumsum(count)[:-1]])
@@ -173,7 +176,7 @@ def _quad_cells(v: np.ndarray, columns: int, rows: int) -> np.ndarray:
 
 
 def _triangle_cells(v: np.ndarray, n: int, _: int) -> np.ndarray:
-    """Return (k, n * n, 4, 3): row r from the first edge holds 2 (n - r) - 1 cells, left to right."""
+    """Return (k, n * n, 4, 3): row r from the first edge holds 2 (n - r) - 1 cells."""
     origin, e1, e2 = v[:, 0], v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]
     corners = []
     for r in range(n):
@@ -208,7 +211,7 @@ def _cut(cells, face, first, contacts: Contacts):
             continue
         for k, cell in enumerate(here):
             parts = cut_cell(cell, contact.segments)
-            over = contact.behind(_centroid(parts))
+            over = contact.behind(centroids(parts))
             whole[first[f] + k] = len(parts)
             pieces.append(parts)
             covered.append(over >= 0)
@@ -220,7 +223,7 @@ def _vector_area(v: np.ndarray) -> np.ndarray:
     return 0.5 * np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1])
 
 
-def _centroid(v: np.ndarray) -> np.ndarray:
+def centroids(v: np.ndarray) -> np.ndarray:
     """Return the centres of area of planar polygons (n, 4, 3)."""
     one = np.linalg.norm(np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]), axis=1)
     two = np.linalg.norm(np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 0]), axis=1)

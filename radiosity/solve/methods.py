@@ -66,7 +66,7 @@ def gmres(factors: FormFactors, rho, emission, tolerance):
     b, steps = emission.copy(), []
     n = len(b)
     for k in np.flatnonzero(emission.any(axis=0)):
-        system = LinearOperator((n, n), lambda x, r=rho[:, k]: x.ravel() - r * (factors @ x.ravel()))
+        system = LinearOperator((n, n), lambda x, r=rho[:, k]: x - r * (factors @ x))
         strict = tolerance * max(1.0 - contraction(factors, rho), 1e-12) / np.sqrt(n)
         b[:, k], stopped = scipy_gmres(
             system, emission[:, k], x0=emission[:, k], rtol=strict, maxiter=LIMIT,

@@ -114,10 +114,11 @@ class Solution:
         keys = np.arange(first, first + len(points))
         half = self.plan.samples // 2
         args = self.surroundings, points, normals, keys
-        one, one_flat = indirect_irradiance(*args, range(half), self.seed)
-        two, two_flat = indirect_irradiance(*args, range(half, 2 * half), self.seed)
-        lit = direct_irradiance(*args, range(half // 4), self.seed)
-        lit_too = direct_irradiance(*args, range(half // 4, half // 2), self.seed)
+        one, one_flat, _ = indirect_irradiance(*args, range(half), self.seed)
+        two, two_flat, _ = indirect_irradiance(*args, range(half, 2 * half), self.seed)
+        seen = self.surroundings.visibility, self.surroundings.lights, points, normals, keys
+        lit = direct_irradiance(*seen, range(half // 4), self.seed)
+        lit_too = direct_irradiance(*seen, range(half // 4, half // 2), self.seed)
         mean = (one + two) / 2
         error = np.abs(one - two) / 2 + np.abs(lit - lit_too) / 2
         error += np.abs(mean - (one_flat + two_flat) / 2)

@@ -9,10 +9,11 @@ from radiosity.scene.model import Scene, SceneError
 from radiosity.solve.methods import SOLVERS, contraction
 from radiosity.solve.plan import check_memory, make_plan
 from radiosity.solve.solution import Balance, Solution
-from radiosity.solve.system import area_lights, make_terms
+from radiosity.solve.system import area_lights, make_terms, side_reflectance
 from radiosity.transport.factors import form_factors
 from radiosity.transport.irradiance import Field, Surroundings
 from radiosity.transport.lookup import make_table
+from radiosity.transport.shine import shine
 from radiosity.transport.survey import sides_that_see_out, survey
 from radiosity.transport.threads import Progress, silent
 from radiosity.transport.visibility import Visibility
@@ -74,7 +75,8 @@ def solve(
     patches = cells.with_backs(reached.lit[:, 1])
     check_memory(len(patches), memory)
     live = np.concatenate([reached.lit[:, 0], np.ones(len(patches) - cells.fronts, bool)])
-    open_share = np.concatenate([reached.open_share[:, 0], reached.open_share[reached.lit[:, 1], 1]])
+    fronts_open, backs_open = reached.open_share.T
+    open_share = np.concatenate([fronts_open, backs_open[reached.lit[:, 1]]])
     open_share = np.where(live, open_share, 0.0)
     terms = make_terms(scene, patches, live)
     factors = form_factors(patches, visibility, live, plan.rays, seed, progress)
@@ -87,7 +89,7 @@ def solve(
     return Solution(
         scene, patches, live, terms.reflectance, terms.emission, irradiance, b,
         _balance(scene, patches, terms, irradiance, b, open_share), history, solver, plan, seed,
-        reached.closed, _surroundings(scene, patches, live, terms, b, visibility, table),
+        reached.closed, _surroundings(scene, patches, live, terms, factors, b, visibility, table, seed),
     )  # fmt: skip
 
 
@@ -112,16 +114,24 @@ def _balance(scene, patches, terms, irradiance, b, open_share) -> Balance:
     )
 
 
-def _surroundings(scene, patches, live, terms, b, visibility, table) -> Surroundings:
-    """Return what rays that look around meet: lit patches, lights apart, the outside."""
+def _surroundings(scene, patches, live, terms, factors, b, visibility, table, seed):
+    """Return what rays that look around meet: lit patches, lights apart, the outside.
+
+    Light that comes straight from the lights changes fast at shadow edges, so it is computed
+    anew on a finer grid; only what has been reflected is taken from the patches.
+    """
     lights = area_lights(scene)
-    value = b - terms.emission if len(lights.polygons) else b
+    value, direct = b, np.zeros((2, 0, 3))
+    if len(lights.polygons):
+        value = b - terms.emission - terms.reflectance * (factors @ terms.emission)
+        arriving, face = shine(scene.faces, patches, live, visibility, table, lights, seed)
+        direct = side_reflectance(scene)[:, scene.faces.material[face]] * arriving
     around = find_neighbours(patches, live, scene.faces.material[patches.face])
     row = np.full((patches.fronts, 2), -1)
     row[:, 0] = np.where(live[: patches.fronts], np.arange(patches.fronts), -1)
     row[:, 1] = patches.back_of
     field = Field(
         row.ravel(), value, gradients(patches, around, value), patches.centroid,
-        np.pi * scene.ambient,
+        np.pi * scene.ambient, direct,
     )  # fmt: skip
     return Surroundings(visibility, table, field, lights)

@@ -42,12 +42,18 @@ def _mean_albedo(exponent: float) -> float:
 def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:
     """Return reflectance and emission of every patch; backs reflect only where two-sided."""
     material = scene.faces.material[patches.face]
-    rho = np.array([reflectance_of(m) for m in scene.materials])[material]
-    two_sided = np.array([m.two_sided for m in scene.materials])[material]
+    rho = side_reflectance(scene)[np.where(patches.front, 0, 1), material]
     emission = np.pi * np.array([m.emission for m in scene.materials])[material]
-    rho[~live | ~(patches.front | two_sided)] = 0.0
+    rho[~live] = 0.0
     emission[~live | ~patches.front] = 0.0
     return Terms(rho, emission)
+
+
+def side_reflectance(scene: Scene) -> np.ndarray:
+    """Return (2, materials, 3): reflectance of the fronts and the backs of each material."""
+    front = np.array([reflectance_of(m) for m in scene.materials]).reshape(-1, 3)
+    two_sided = np.array([m.two_sided for m in scene.materials])
+    return np.stack([front, front * two_sided[:, None]])
 
 
 def area_lights(scene: Scene) -> AreaLights:

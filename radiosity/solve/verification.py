@@ -84,10 +84,10 @@ def rooms() -> Iterator[Check]:
         g = case["geometry"]
         if g["type"] == "box6":
             expected = box_radiosity(g["dims"], g["reflectance"], g["emission"])
+            scene = _room(g["faces"].values(), g["reflectance"], g["emission"])
             yield _timed(
-                "rooms", case["id"], expected, PAIR,
-                lambda g=g: _face_radiosity(_room(g["faces"].values(), g["reflectance"], g["emission"])),
-            )  # fmt: skip
+                "rooms", case["id"], expected, PAIR, lambda s=scene: _face_radiosity(s)
+            )
         elif g["type"] == "furnace":
             faces = list(load_cases("radiosity")[1]["geometry"]["faces"].values())
             scene = _room(faces, [g["rho"]] * 6, [g["emission"]] * 6)

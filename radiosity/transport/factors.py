@@ -22,7 +22,9 @@ def _rows(first, stop, live, v, n, c, r, rules, exchange):
             continue
         for j in range(i + 1, len(live)):
             if live[j]:
-                exchange[i, j] = exchange_area(v[i], n[i], c[i], r[i], v[j], n[j], c[j], r[j], rules)
+                exchange[i, j] = exchange_area(
+                    v[i], n[i], c[i], r[i], v[j], n[j], c[j], r[j], rules
+                )
 
 
 @njit(cache=True, nogil=True)

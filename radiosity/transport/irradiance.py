@@ -7,16 +7,19 @@ import numpy as np
 from numba import njit
 
 from radiosity.transport.hemisphere import look_out
-from radiosity.transport.lookup import Table
+from radiosity.transport.lookup import Table, cell_at
 from radiosity.transport.occlusion import seen_share
 from radiosity.transport.polygon import point_factor
 from radiosity.transport.visibility import Visibility
 
-Field = namedtuple("Field", "row value gradient centroid outside")
+FINER = 4  # direct light is kept on a grid of FINER x FINER cells for each of a face's own
+
+Field = namedtuple("Field", "row value gradient centroid outside direct")
 Field.__doc__ = """What patches send out, as seen by rays.
 
 row (2 * fronts,): patch of a side, -1 where dark; value (n, bands) exitance in W/m2 and gradient
-(n, bands, 3) a scene unit about centroid (n, 3); outside (bands,) exitance of the environment.
+(n, bands, 3) a scene unit about centroid (n, 3); outside (bands,) exitance of the environment;
+direct (2, cells, bands) exitance to add on the fine cells of fronts and backs, or of length 0.
 """
 
 
@@ -51,10 +54,11 @@ class Surroundings:
 
 
 @njit(cache=True, nogil=True)
-def _collect(sides, hits, field, centre, scale, smooth, flat):
+def _collect(table, sides, hits, field, centre, scale, smooth, flat):
     bands = len(field.outside)
     count = sides.shape[1]
-    d = np.empty(3)
+    fine = field.direct.shape[1] > 0
+    x = np.empty(3)
     for p in range(len(sides)):
         for k in range(count):
             side = sides[p, k]
@@ -65,12 +69,16 @@ def _collect(sides, hits, field, centre, scale, smooth, flat):
                     flat[p, b] += field.outside[b] / count
                 continue
             for c in range(3):
-                d[c] = centre[c] + hits[p, k, c] / scale - field.centroid[row, c]
+                x[c] = centre[c] + hits[p, k, c] / scale
+            cell = cell_at(table, table.face[side // 2], x, FINER) if fine else 0
+            for c in range(3):
+                x[c] -= field.centroid[row, c]
             for b in range(bands):
                 g = field.gradient[row, b]
-                value = field.value[row, b] + g[0] * d[0] + g[1] * d[1] + g[2] * d[2]
-                smooth[p, b] += max(0.0, value) / count
-                flat[p, b] += field.value[row, b] / count
+                value = field.value[row, b] + g[0] * x[0] + g[1] * x[1] + g[2] * x[2]
+                direct = field.direct[side % 2, cell, b] if fine else 0.0
+                smooth[p, b] += (max(0.0, value) + direct) / count
+                flat[p, b] += (field.value[row, b] + direct) / count
 
 
 def indirect_irradiance(around: Surroundings, points, normals, keys, samples: range, seed: int):
@@ -89,13 +97,32 @@ def indirect_irradiance(around: Surroundings, points, normals, keys, samples: ra
     -------
     smooth, flat : (k, bands) float64
         W/m2, with radiosities linear and constant over each patch.
+    nearness : (k,) float64
+        Mean of 1/distance to what the rays meet, in 1/scene unit.
     """
     visibility = around.visibility
     sides, hits = look_out(visibility, around.table, points, normals, keys, samples, seed)
     smooth = np.zeros((len(points), len(around.field.outside)))
-    flat = np.zeros_like(smooth)
-    _collect(sides, hits, around.field, visibility.centre, visibility.scale, smooth, flat)
-    return smooth, flat
+    flat, nearness = np.zeros_like(smooth), np.empty(len(points))
+    _nearness(points, sides, hits, visibility.centre, visibility.scale, nearness)
+    _collect(
+        around.table, sides, hits, around.field, visibility.centre, visibility.scale, smooth, flat
+    )
+    return smooth, flat, nearness
+
+
+@njit(cache=True, nogil=True)
+def _nearness(points, sides, hits, centre, scale, nearness):
+    for p in range(len(points)):
+        total = 0.0
+        for k in range(sides.shape[1]):
+            if sides[p, k] >= 0:
+                d2 = 0.0
+                for c in range(3):
+                    d = centre[c] + hits[p, k, c] / scale - points[p, c]
+                    d2 += d * d
+                total += 1.0 / np.sqrt(max(d2, 1e-300))
+        nearness[p] = total / sides.shape[1]
 
 
 def carried(around: Surroundings, sides: np.ndarray, hits: np.ndarray) -> np.ndarray:
@@ -103,8 +130,8 @@ def carried(around: Surroundings, sides: np.ndarray, hits: np.ndarray) -> np.nda
     visibility = around.visibility
     smooth = np.zeros((len(sides), len(around.field.outside)))
     _collect(
-        sides[:, None], hits[:, None], around.field, visibility.centre, visibility.scale,
-        smooth, np.zeros_like(smooth),
+        around.table, sides[:, None], hits[:, None], around.field, visibility.centre,
+        visibility.scale, smooth, np.zeros_like(smooth),
     )  # fmt: skip
     return smooth
 
@@ -117,18 +144,19 @@ def _point_factors(points, normals, polygons, factors):
             factors[p, q] = point_factor(x[0], x[1], x[2], n[0], n[1], n[2], polygons[q])
 
 
-def direct_irradiance(around: Surroundings, points, normals, keys, samples: range, seed: int):
+def direct_irradiance(
+    visibility: Visibility, lights: AreaLights, points, normals, keys, samples: range, seed: int
+):
     """Irradiance (k, bands) in W/m2 that area lights cause at points (E2, E5).
 
     The exact factor from the point to each light times the share that shadow rays let through.
     """
-    lights = around.lights
     factors = np.empty((len(points), len(lights.polygons)))
     _point_factors(points, normals, lights.polygons, factors)
-    if not around.visibility.convex:
+    if not visibility.convex:
         pairs = np.argwhere(factors)
         here = np.repeat(points[:, None], 4, axis=1), normals
         there = lights.polygons, lights.normals
-        share = seen_share(around.visibility, pairs, here, there, keys, samples, seed)
+        share = seen_share(visibility, pairs, here, there, keys, samples, seed)
         factors[pairs[:, 0], pairs[:, 1]] *= share
     return factors @ lights.exitance

@@ -12,7 +12,8 @@ CUT = -2
 
 Table = namedtuple(
     "Table",
-    "origin along across skew face_normal shape first whole start vertices normal covered behind",
+    "origin along across skew face_normal shape first whole start vertices normal face "
+    "covered behind",
 )
 Table.__doc__ = """The arrays that `whole_side` and `cut_side` read.
 
@@ -38,7 +39,8 @@ def make_table(faces: Faces, patches: Patches) -> Table:
     whole = np.where((np.diff(grid.start) == 1) & ~patches.covered[only], only, -1)
     return Table(
         v[:, 0].copy(), along, across, skew, normal, grid.shape, grid.first, whole,
-        grid.start, patches.vertices[:n], patches.normal[:n], patches.covered, patches.behind,
+        grid.start, patches.vertices[:n], patches.normal[:n], patches.face[:n], patches.covered,
+        patches.behind,
     )  # fmt: skip
 
 
@@ -66,24 +68,28 @@ def _coordinates(table, face, x):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _cell(table, face, x):
-    """Return the cell of a face's grid that holds x, numbered as `make_patches` does."""
+def cell_at(table, face, x, finer):
+    """Return which cell of a face's grid holds x, numbered as `all_cells` does.
+
+    ``finer`` = m asks in a grid of m x m cells for each of the face's own.
+    """
     s, t = _coordinates(table, face, x)
-    columns, rows = table.shape[face, 0], table.shape[face, 1]
+    columns, rows = table.shape[face, 0] * finer, table.shape[face, 1] * finer
+    first = table.first[face] * finer * finer
     if rows > 0:
         i = min(max(int(s * columns), 0), columns - 1)
         j = min(max(int(t * rows), 0), rows - 1)
-        return table.first[face] + j * columns + i
+        return first + j * columns + i
     n = columns
     s, t = n * s, n * t
     row = min(max(int(t), 0), n - 1)
     column = min(max(int(s), 0), n - 1 - row)
     down = (s - column) + (t - row) > 1.0 and column < n - 1 - row
-    return table.first[face] + 2 * n * row - row * row + 2 * column + int(down)
+    return first + 2 * n * row - row * row + 2 * column + int(down)
 
 
 @njit(cache=True, nogil=True)
-def _margin(polygon, normal, x):
+def margin_in(polygon, normal, x):
     """Return how far x lies inside a convex polygon's nearest edge (negative outside)."""
     lowest = 1e300
     for k in range(4):
@@ -105,7 +111,7 @@ def _part_of(cell, x, start, vertices, normal):
     """Return the part of a cut cell that holds x."""
     best, margin = start[cell], -1e300
     for k in range(start[cell], start[cell + 1]):
-        m = _margin(vertices[k], normal[k], x)
+        m = margin_in(vertices[k], normal[k], x)
         if m > margin:
             best, margin = k, m
     return best
@@ -119,7 +125,7 @@ def whole_side(table, face, x, dx, dy, dz):
     one patch: `cut_side` tells.
     """
     n = table.face_normal
-    front = table.whole[_cell(table, face, x)]
+    front = table.whole[cell_at(table, face, x, 1)]
     if front < 0:
         return CUT
     return 2 * front + int(dx * n[face, 0] + dy * n[face, 1] + dz * n[face, 2] > 0.0)
@@ -130,10 +136,10 @@ def cut_side(table, face, x, d):
     """Return what `whole_side` does, for cells that contacts have cut or covered."""
     n = table.face_normal[face]
     back = int(d[0] * n[0] + d[1] * n[1] + d[2] * n[2] > 0.0)
-    front = _part_of(_cell(table, face, x), x, table.start, table.vertices, table.normal)
+    front = _part_of(cell_at(table, face, x, 1), x, table.start, table.vertices, table.normal)
     if table.covered[front] and not back:
         other = table.behind[front]
         m = table.face_normal[other]
         back = int(n[0] * m[0] + n[1] * m[1] + n[2] * m[2] < 0.0)
-        front = _part_of(_cell(table, other, x), x, table.start, table.vertices, table.normal)
+        front = _part_of(cell_at(table, other, x, 1), x, table.start, table.vertices, table.normal)
     return 2 * front + back

@@ -18,8 +18,10 @@ def _aim(pairs, p, np_, q, nq, keys, first, count, seed, centre, scale, lift, st
         one, two = hashed(keys[i], j, seed), hashed(keys[i], j, seed + 1)
         for k in range(count):
             r = m * count + k
-            a = bilinear(q[j], sobol(first + k, 0, one), sobol(first + k, 1, one >> np.uint64(32)), x)
-            b = bilinear(p[i], sobol(first + k, 2, two), sobol(first + k, 3, two >> np.uint64(32)), y)
+            s, t = sobol(first + k, 0, one), sobol(first + k, 1, one >> np.uint64(32))
+            a = bilinear(q[j], s, t, x)
+            s, t = sobol(first + k, 2, two), sobol(first + k, 3, two >> np.uint64(32))
+            b = bilinear(p[i], s, t, y)
             stretch = a * b if b > 0.0 else a
             ci = cj = d2 = 0.0
             for c in range(3):

@@ -1,7 +1,8 @@
 """Final gather: the light that reaches every pixel, computed per pixel, pass by pass (E8).
 
 A pass adds one jittered sight line a pixel, a few rays to every light and some over the
-hemisphere. The mean over the passes is the picture, so a window can show each as it comes.
+hemisphere. The mean over the passes is the picture, its indirect light smoothed between pixels, so
+a window can show each as it comes.
 """
 
 from collections.abc import Iterator
@@ -21,9 +22,10 @@ from radiosity.transport.visibility import LIFT
 from radiosity.view.camera import rays
 from radiosity.view.gloss import glossy_radiance
 from radiosity.view.image import Image, exposure_for
+from radiosity.view.smoothing import MIXED, smoothed
 
-SAMPLES = 256  # rays over a pixel's hemisphere by default
-A_PASS = 16  # of them in one pass
+SAMPLES = 128  # rays over a pixel's hemisphere by default
+A_PASS = 8  # of them in one pass
 LIGHT_RAYS = 4  # to each light in one pass
 PIXELS_AT_ONCE = 4096
 LAYERS = 16  # unmodelled backs that a sight line passes through
@@ -37,6 +39,51 @@ class Shading:
     diffuse: np.ndarray  # (n, 3)
     lobe: np.ndarray  # (n,) index into lobes, -1 for none
     lobes: tuple
+    plane: np.ndarray  # (n,) 2 * face, + 1 for its back
+    plane_diffuse: np.ndarray  # (2 * faces, 3)
+    plane_axes: np.ndarray  # (2 * faces, 2, 3)
+
+
+@dataclass(frozen=True)
+class Film:
+    """Sums over the passes, a pixel each; the arrays are added to in place."""
+
+    width: int
+    height: int
+    total: np.ndarray  # (pixels, 3) radiance
+    indirect: np.ndarray  # (pixels, 3) irradiance that patches cause
+    point: np.ndarray  # (pixels, 3)
+    nearness: np.ndarray  # (pixels,)
+    face: np.ndarray  # (pixels,) face and side all sight lines met, MIXED where several
+
+    @classmethod
+    def blank(cls, width: int, height: int) -> "Film":
+        """Return a film that no light has met."""
+        n = width * height
+        zeros = [np.zeros((n, 3)) for _ in range(3)]
+        return cls(width, height, *zeros, np.zeros(n), np.full(n, MIXED))
+
+    def add(self, pixels, index, plane, points, leaving, indirect, nearness) -> None:
+        """Add what one pass found at some pixels."""
+        self.total[pixels] += leaving
+        self.indirect[pixels] += indirect
+        self.point[pixels] += points
+        self.nearness[pixels] += nearness
+        same = plane if index == 0 else np.where(self.face[pixels] == plane, plane, MIXED)
+        self.face[pixels] = same
+
+    def developed(self, passes: int, shading: Shading) -> np.ndarray:
+        """Return (h, w, 3) mean radiance with its indirect part smoothed."""
+        shape = self.height, self.width
+        noisy = self.indirect.reshape(*shape, 3) / passes
+        face = self.face.reshape(shape)
+        smooth = smoothed(
+            noisy, self.point.reshape(*shape, 3) / passes,
+            self.nearness.reshape(shape) / passes, face, shading.plane_axes,
+        )  # fmt: skip
+        change = shading.plane_diffuse[face] * (smooth - noisy) / np.pi
+        change[face == MIXED] = 0.0
+        return self.total.reshape(*shape, 3) / passes + change
 
 
 def render(
@@ -69,12 +116,11 @@ def render(
     ValueError
         No such camera, or a size or number of samples out of range.
     """
-    count = pass_count(samples)
-    total = count
-    for image in passes(solution, camera, size=size, samples=samples):
-        progress("final gather", total - count + 1, total)
-        count -= 1
-    return image
+    total = pass_count(samples)
+    shading = make_shading(solution)
+    for done, film in enumerate(_exposures(solution, shading, camera, size, total), 1):
+        progress("final gather", done, total)
+    return Image(film.developed(total, shading), auto_exposure(solution))
 
 
 def pass_count(samples: int) -> int:
@@ -92,18 +138,25 @@ def passes(
     samples: int = SAMPLES,
 ) -> Iterator[Image]:
     """Yield the picture as it grows, after each pass; the last one is `render`'s."""
+    shading, exposure = make_shading(solution), auto_exposure(solution)
+    films = _exposures(solution, shading, camera, size, pass_count(samples))
+    for done, film in enumerate(films, 1):
+        yield Image(film.developed(done, shading), exposure)
+
+
+def _exposures(solution, shading, camera, size, count) -> Iterator[Film]:
+    """Yield one film, exposed by one more pass each time."""
     camera = find_camera(solution.scene, camera)
     width, height = size or camera.size
     if not (1 <= width <= 16384 and 1 <= height <= 16384):
         raise ValueError(f"size = {width}x{height} must lie between 1x1 and 16384x16384 pixels")
-    shading, exposure = make_shading(solution), auto_exposure(solution)
-    total = np.zeros((width * height, 3))
-    for index in range(pass_count(samples)):
+    film = Film.blank(width, height)
+    for index in range(count):
         over_ranges(
-            lambda a, b, k=index: _add(solution, shading, camera, (width, height), k, a, b, total),
-            len(total), PIXELS_AT_ONCE,
+            lambda a, b, k=index: _add(solution, shading, camera, k, a, b, film),
+            width * height, PIXELS_AT_ONCE,
         )  # fmt: skip
-        yield Image((total / (index + 1)).reshape(height, width, 3), exposure)
+        yield film
 
 
 def find_camera(scene, camera: Camera | str | None) -> Camera:
@@ -128,7 +181,21 @@ def make_shading(solution: Solution) -> Shading:
     two_sided = np.array([m.two_sided for m in scene.materials])[material]
     reflects = patches.front | two_sided
     diffuse = np.array([m.diffuse for m in scene.materials])[material] * reflects[:, None]
-    return Shading(solution.emission / np.pi, diffuse, np.where(reflects, lobe, -1), lobes)
+    plane = 2 * patches.face + ~patches.front
+    plane_diffuse = np.zeros((2 * len(scene.faces), 3))
+    plane_diffuse[plane] = diffuse
+    return Shading(
+        solution.emission / np.pi, diffuse, np.where(reflects, lobe, -1), lobes,
+        plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0),
+    )  # fmt: skip
+
+
+def _axes(normals):
+    """Return (f, 2, 3) two unit vectors at right angles to each normal."""
+    other = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    one = np.cross(normals, other)
+    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    return np.stack([one, np.cross(normals, one)], axis=1)
 
 
 def auto_exposure(solution: Solution) -> float:
@@ -148,19 +215,23 @@ def _jitter(first, width, index, seed, xy):
         xy[k, 1] = (first + k) // width + sobol(index, 1, shift >> np.uint64(32))
 
 
-def _add(solution, shading, camera, size, index, a, b, total):
-    """Add one pass's radiance of the pixels a to b - 1."""
+def _add(solution, shading, camera, index, a, b, film):
+    """Add one pass's light to the pixels a to b - 1."""
     xy = np.empty((b - a, 2))
-    _jitter(a, size[0], index, solution.seed, xy)
-    directions = rays(camera, size, xy)
-    rows, points = first_rows(solution, np.broadcast_to(camera.position, directions.shape), directions)
+    _jitter(a, film.width, index, solution.seed, xy)
+    directions = rays(camera, (film.width, film.height), xy)
+    origins = np.broadcast_to(camera.position, directions.shape)
+    rows, points = first_rows(solution, origins, directions)
+    film.total[a:b][rows == MISS] += solution.surroundings.field.outside / np.pi
     seen = rows >= 0
-    total[a:b][rows == MISS] += solution.surroundings.field.outside / np.pi
     k = np.flatnonzero(seen)
-    if len(k):
-        total[a + k] += radiance(
-            solution, shading, rows[k], points[k], -directions[k], a + k, index
-        )
+    film.face[a:b][~seen] = MIXED
+    if not len(k):
+        return
+    leaving, arriving, nearness = radiance(
+        solution, shading, rows[k], points[k], -directions[k], a + k, index
+    )
+    film.add(a + k, index, shading.plane[rows[k]], points[k], leaving, arriving, nearness)
 
 
 def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
@@ -194,16 +265,27 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
 
 
 def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, index: int):
-    """Return (k, 3) radiance in W/(m2 sr) that leaves points of patches towards the viewer.
+    """Return what leaves points of patches towards the viewer.
 
     L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point.
+
+    Returns
+    -------
+    leaving : (k, 3) float64
+        L in W/(m2 sr).
+    indirect : (k, 3) float64
+        The part of E in W/m2 that does not come straight from area lights.
+    nearness : (k,) float64
+        Mean of 1/distance to the surroundings.
     """
     around, seed = solution.surroundings, solution.seed
     normals = solution.patches.normal[rows]
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
-    arriving, _ = indirect_irradiance(around, points, normals, keys, looks, seed)
-    arriving += direct_irradiance(around, points, normals, keys, aims, seed)
+    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
+    arriving = indirect + direct_irradiance(
+        around.visibility, around.lights, points, normals, keys, aims, seed
+    )
     leaving = shading.emission[rows] + shading.diffuse[rows] * arriving / np.pi
     for which, lobe in enumerate(shading.lobes):
         k = np.flatnonzero(shading.lobe[rows] == which)
@@ -211,4 +293,4 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
             leaving[k] += glossy_radiance(
                 around, lobe, points[k], normals[k], to_view[k], keys[k], aims, seed
             )
-    return leaving
+    return leaving, indirect, nearness

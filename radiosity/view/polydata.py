@@ -78,10 +78,19 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
 
 
 def _name(mesh, scene):
-    """Attach what the numbers of a mesh mean."""
-    mesh.field_data["scene"] = [scene.name]
-    mesh.field_data["unit"] = [scene.unit]
+    """Attach what the numbers of a mesh mean; VTK keeps names in UTF-8, pyvista ASCII only."""
+    from vtkmodules.vtkCommonCore import vtkStringArray
+
     mesh.field_data["unit_m"] = [scene.unit_m]
-    mesh.field_data["material_names"] = [m.name for m in scene.materials]
-    mesh.field_data["group_names"] = list(scene.groups)
-    mesh.field_data["side_names"] = list(SIDES)
+    for name, words in {
+        "scene": [scene.name],
+        "unit": [scene.unit],
+        "material_names": [m.name for m in scene.materials],
+        "group_names": scene.groups,
+        "side_names": SIDES,
+    }.items():
+        column = vtkStringArray()
+        column.SetName(name)
+        for word in words:
+            column.InsertNextValue(word)
+        mesh.GetFieldData().AddArray(column)

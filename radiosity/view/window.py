@@ -6,13 +6,13 @@ pixel for pixel, pass by pass. A thread gathers; everything that VTK touches sta
 thread, which looks for news between events.
 """
 
+import functools
 import itertools
 import os
 import subprocess
 import sys
 import threading
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +25,7 @@ from radiosity.view.camera import basis
 from radiosity.view.files import written_whole
 from radiosity.view.image import tone_map
 from radiosity.view.polydata import to_pyvista
+from radiosity.view.progressive import Cover, Job
 
 if TYPE_CHECKING:
     import pyvista
@@ -33,7 +34,7 @@ REST = 0.3  # seconds without movement after which a view is gathered
 TICK = 0.01  # seconds between two looks for events and news
 PARTING = 0.5  # seconds that closing waits for the thread, which ends after its pass
 FILL = 0.9  # of the screen that a window takes at most, unless a size is asked for
-HELP = "drag: orbit  wheel: zoom   g gather  e edges  r reset  s save  q quit"
+HELP = "drag turns, wheel zooms     g gather   e edges   r reset   s save   q quit"
 
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
@@ -50,8 +51,9 @@ def show(
     camera: Camera | str | None = None,
     size: tuple[int, int] | None = None,
     off_screen: bool = False,
+    samples: int = gather.SAMPLES,
 ) -> np.ndarray | None:
-    """Show a solution until the user closes the window.
+    """Show a solution until the user closes the window; in a notebook, its picture inline.
 
     Parameters
     ----------
@@ -62,6 +64,8 @@ def show(
         Pixels, instead of the camera's own.
     off_screen : bool
         Open nothing and return what the window would show at first.
+    samples : int
+        Rays over each pixel's hemisphere that a gathered view ends with.
 
     Returns
     -------
@@ -71,19 +75,25 @@ def show(
     Raises
     ------
     ValueError
-        No such camera, or one that cannot look.
+        No such camera, one that cannot look, or a number of samples out of range.
+    RuntimeError
+        There is no display.
 
     Examples
     --------
     >>> show(solution)                                                  # doctest: +SKIP
     """
-    window = Window(solution, camera, size, off_screen=off_screen)
+    window = Window(solution, camera, size, samples=samples, off_screen=off_screen)
     try:
         return window.screenshot() if off_screen else window.run()
     finally:
         window.close()
 
 
+plot = show  # its name in ``import radiosity``
+
+
+@functools.cache
 def display_available() -> bool:
     """Return whether a window can be opened here.
 
@@ -134,14 +144,12 @@ class Window:
         samples: int = gather.SAMPLES,
         off_screen: bool = False,
     ):
-        """Build the window, without entering its loop; see `show` for the parameters.
-
-        ``samples`` is the rays over each pixel's hemisphere that a gathered view ends with.
-        """
+        """Build the window, without entering its loop; see `show` for the parameters."""
         import pyvista
 
         self._solution, self._samples = solution, samples
         self._home = gather.find_camera(solution.scene, camera)
+        basis(self._home)  # refuses a camera that cannot look
         gather.pass_count(samples)  # refuses a number out of range
         self.gathering = self.edges = False
         self._turn, self._job = threading.Lock(), None
@@ -149,18 +157,20 @@ class Window:
             off_screen=off_screen, window_size=size or self._home.size, lighting="none",
             title=f"{solution.scene.name or 'scene'} - radiosity",
         )  # fmt: skip
-        if not (size or self.plotter.off_screen):
-            _fit_to_screen(self.plotter.render_window)
+        if not self.plotter.off_screen:
+            _check_display()
+            if not size:
+                _fit_to_screen(self.plotter.render_window)
         self.plotter.enable_anti_aliasing("msaa", multi_samples=4)
         self._add_surfaces(tone_map)
-        self._cover = _Cover(self.plotter.renderer)
-        self._help = self._text(HELP, 8)
-        self._note = self._text("", 26)
+        self._cover = Cover(self.plotter.renderer)
+        self._help, self._note = self._text(HELP, 8), self._text("", 28)
         self._reset()
         self._bind_keys()
         self._seen, self._since = self._view(), time.monotonic()
         self.plotter.renderer.AddObserver("StartEvent", lambda *_: self._follow())
-        self.plotter.show(interactive=False, auto_close=False)
+        inline = {"jupyter_backend": "static"} if self.plotter.notebook else {}
+        self.plotter.show(interactive=False, auto_close=False, **inline)
 
     def run(self) -> None:
         """Let the user look around until the window is closed.
@@ -188,7 +198,7 @@ class Window:
         if self._job is None:
             if time.monotonic() - self._since >= REST:
                 camera = current_camera(self.plotter, "window")
-                self._job = _Job(self._solution, camera, self._samples, self._turn)
+                self._job = Job(self._solution, camera, self._samples, self._turn)
                 self._tell()
             return
         if self._job.error is not None:
@@ -239,13 +249,18 @@ class Window:
 
     def _text(self, words, height):
         actor = self.plotter.add_text(
-            words, position=(8, height), font_size=6, color="#e8e8e8", shadow=True, render=False
+            words, position=(8, height), font_size=6, color="#f0f0f0", render=False
         )
+        actor.prop.background_color, actor.prop.background_opacity = "black", 0.6
         actor.SetLayerNumber(1)  # above the picture
         return actor
 
     def _bind_keys(self):
-        """Answer our keys and none of VTK's own, which would leave, reset or restyle."""
+        """Answer our keys and none of VTK's own, which would leave, reset or restyle.
+
+        Dragging turns about the camera's up, so that verticals stay upright.
+        """
+        self.plotter.enable_terrain_style(mouse_wheel_zooms=True, shift_pans=True)
         self.plotter.iren.clear_key_event_callbacks()
         for key, action in {
             "e": self._toggle_edges,
@@ -311,7 +326,7 @@ class Window:
         camera, seen = self._home, self.plotter.renderer.GetActiveCamera()
         seen.SetPosition(camera.position)
         seen.SetFocalPoint(_pivot(camera, self._solution.scene.faces.vertices))
-        seen.SetViewUp(basis(camera)[1])
+        seen.SetViewUp(camera.up)  # also the axis that dragging turns about
         seen.SetViewAngle(camera.fov)
         self.plotter.renderer.camera.is_set = True
         self.plotter.renderer.ResetCameraClippingRange()
@@ -339,93 +354,6 @@ class Window:
         self.plotter.iren.terminate_app()
 
 
-class _Cover:
-    """A picture laid over a renderer pixel for pixel, not scaled."""
-
-    def __init__(self, renderer):
-        from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
-
-        self._mapper, self._actor = vtkImageMapper(), vtkActor2D()
-        self._mapper.SetColorWindow(255.0)  # with this level, bytes are shown as they are
-        self._mapper.SetColorLevel(127.5)
-        self._actor.SetMapper(self._mapper)
-        self._actor.SetLayerNumber(0)
-        self._actor.VisibilityOff()
-        renderer.AddViewProp(self._actor)
-
-    @property
-    def visible(self):
-        return bool(self._actor.GetVisibility())
-
-    def show(self, picture):
-        """Lay (h, w, 3) uint8 over the window; VTK counts rows from the bottom."""
-        import pyvista
-
-        height, width, _ = picture.shape
-        image = pyvista.ImageData(dimensions=(width, height, 1))
-        image.point_data["rgb"] = np.ascontiguousarray(picture[::-1]).reshape(-1, 3)
-        self._mapper.SetInputData(image)
-        self._actor.VisibilityOn()
-
-    def hide(self):
-        self._actor.VisibilityOff()
-
-
-@dataclass(frozen=True)
-class _Progress:
-    """How far a gathering is and its tone-mapped picture, replaced as a whole."""
-
-    done: int
-    picture: np.ndarray | None
-
-
-class _Job:
-    """One view being gathered in a thread of its own; only one computes at a time."""
-
-    def __init__(self, solution, camera, samples, turn):
-        self.total = gather.pass_count(samples)
-        self.error = None
-        self._newest, self._taken = _Progress(0, None), 0
-        self._stopped = threading.Event()
-        self.thread = threading.Thread(
-            target=self._run, args=(solution, camera, samples, turn), daemon=True
-        )
-        self.thread.start()
-
-    @property
-    def done(self):
-        """Return how many passes have been taken to be shown."""
-        return self._taken
-
-    @property
-    def finished(self):
-        return self._taken == self.total
-
-    def newest(self):
-        """Return the latest picture, (h, w, 3) uint8, or None where it was returned before."""
-        newest = self._newest
-        if newest.done == self._taken:
-            return None
-        self._taken = newest.done
-        return newest.picture
-
-    def stop(self):
-        self._stopped.set()
-
-    def _run(self, solution, camera, samples, turn):
-        try:
-            with turn:
-                if self._stopped.is_set():
-                    return
-                passes = gather.passes(solution, camera, size=camera.size, samples=samples)
-                for done, image in enumerate(passes, start=1):
-                    self._newest = _Progress(done, tone_map(image.pixels, image.exposure))
-                    if self._stopped.is_set():
-                        return
-        except Exception as error:  # told and raised in the main thread, by tick
-            self.error = error
-
-
 def _pivot(camera, vertices):
     """Return the point to turn about: the target, or abreast of the scene's middle if outside.
 
@@ -437,6 +365,14 @@ def _pivot(camera, vertices):
     forward = basis(camera)[2]
     depth = forward @ ((low + high) / 2 - camera.position)
     return camera.position + depth * forward if depth > 0 else camera.target
+
+
+def _check_display():
+    if not display_available():
+        raise RuntimeError(
+            f"no window can be opened: DISPLAY = {os.environ.get('DISPLAY', '')!r} has no screen "
+            "with OpenGL; render the camera into a file instead, or show with off_screen=True"
+        )
 
 
 def _fit_to_screen(window):

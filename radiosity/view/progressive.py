@@ -1,0 +1,113 @@
+"""Progressive gathering: a thread that gathers one view, and the picture that covers a window.
+
+The thread computes and touches nothing of VTK; who shows its pictures asks for the newest.
+"""
+
+import threading
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.scene.model import Camera
+from radiosity.solve.solution import Solution
+from radiosity.view import gather
+from radiosity.view.image import tone_map
+
+
+@dataclass(frozen=True)
+class _Progress:
+    """How many passes are done and their tone-mapped mean, replaced as a whole."""
+
+    done: int
+    picture: np.ndarray | None
+
+
+class Job:
+    """One view being gathered in a thread of its own.
+
+    Attributes
+    ----------
+    total : int
+        Passes that make the picture.
+    done : int
+        Passes in the picture that `newest` returned last.
+    error : Exception or None
+        What ended the thread early.
+    thread : threading.Thread
+    """
+
+    def __init__(self, solution: Solution, camera: Camera, samples: int, turn: threading.Lock):
+        """Start to gather; of the jobs that share ``turn`` one computes at a time."""
+        self.total, self.done = gather.pass_count(samples), 0
+        self.error = None
+        self._newest = _Progress(0, None)
+        self._stopped = threading.Event()
+        self.thread = threading.Thread(
+            target=self._run, args=(solution, camera, samples, turn), daemon=True
+        )
+        self.thread.start()
+
+    @property
+    def finished(self) -> bool:
+        """Return whether the last picture was returned."""
+        return self.done == self.total
+
+    def newest(self) -> np.ndarray | None:
+        """Return the newest picture, (h, w, 3) uint8, or None where it was returned before."""
+        newest = self._newest
+        if newest.done == self.done:
+            return None
+        self.done = newest.done
+        return newest.picture
+
+    def stop(self) -> None:
+        """Let the thread end after the pass that it computes."""
+        self._stopped.set()
+
+    def _run(self, solution, camera, samples, turn):
+        try:
+            with turn:
+                if self._stopped.is_set():
+                    return
+                passes = gather.passes(solution, camera, size=camera.size, samples=samples)
+                for done, image in enumerate(passes, start=1):
+                    self._newest = _Progress(done, tone_map(image.pixels, image.exposure))
+                    if self._stopped.is_set():
+                        return
+        except Exception as error:  # for the main thread to raise
+            self.error = error
+
+
+class Cover:
+    """A picture laid over a renderer pixel for pixel, not scaled."""
+
+    def __init__(self, renderer):
+        """Make ready to cover a VTK renderer that fills its window."""
+        from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
+
+        self._mapper, self._actor = vtkImageMapper(), vtkActor2D()
+        self._mapper.SetColorWindow(255.0)  # with this level, bytes are shown as they are
+        self._mapper.SetColorLevel(127.5)
+        self._actor.SetMapper(self._mapper)
+        self._actor.SetLayerNumber(0)
+        self._actor.VisibilityOff()
+        renderer.AddViewProp(self._actor)
+
+    @property
+    def visible(self) -> bool:
+        """Return whether a picture is shown."""
+        return bool(self._actor.GetVisibility())
+
+    def show(self, picture: np.ndarray) -> None:
+        """Lay (h, w, 3) uint8 over the window; VTK counts rows from the bottom."""
+        import pyvista
+
+        height, width, _ = picture.shape
+        image = pyvista.ImageData(dimensions=(width, height, 1))
+        image.point_data["rgb"] = np.ascontiguousarray(picture[::-1]).reshape(-1, 3)
+        self._mapper.SetInputData(image)
+        self._actor.VisibilityOn()
+
+    def hide(self) -> None:
+        """Uncover the window."""
+        self._actor.VisibilityOff()

@@ -1,0 +1,204 @@
+"""Deliberate faults: a wrong cosine, pi, area, visibility or reflectance must not pass unseen.
+
+``suite`` compares whole solutions with closed forms; each fault is put into one place of the
+program, and the suite has to exceed its tolerance. (Faults inside compiled kernels are caught by
+the tests of those kernels.)
+"""
+
+import numpy as np
+import pytest
+from scenes_for_tests import SQUARE, box, mean_of, scene
+
+from radiosity.analytic import box_radiosity, point_to_parallel_rectangle
+from radiosity.mesh.patches import Patches
+from radiosity.solve.solve import solve
+from radiosity.transport.irradiance import AreaLights
+from radiosity.transport.operator import FormFactors
+from radiosity.transport.visibility import Visibility
+
+DIMS, RHO, LAMP = (4, 3, 2.5), [0.2, 0.7, 0.5, 0.3, 0.6, 0.4], [0, 1.0, 0, 0, 0, 0.3]
+SCREEN = np.array([[0.25, 0.25, 0.75], [0.75, 0.25, 0.75], [0.75, 0.75, 0.75], [0.25, 0.75, 0.75]])
+SCREENED = 0.11562060213241498  # Walton & Shapiro, verification/vf_obstructed.json
+
+
+def box_of_six():
+    solution = solve(scene(box((0, 0, 0), DIMS), RHO, LAMP), 0.01, mesh="1")
+    return np.abs(solution.radiosity[:, 0] / box_radiosity(DIMS, RHO, LAMP) - 1).max()
+
+
+def furnace_of_unequal_patches():
+    room = scene(box((0, 0, 0), DIMS), 0.8, 1.0)
+    solution = solve(room, 0.01, mesh="2")
+    points = [[1, 1, 0], [4, 2, 1], [2, 1, 1]]
+    gathered, _ = solution.irradiance(points, [[0, 0, 1], [-1, 0, 0], [1, 1, 1]])
+    return max(np.abs(solution.radiosity / 5 - 1).max(), np.abs(gathered / 5 - 1).max())
+
+
+def balance():
+    return solve(scene(box((0, 0, 0), DIMS), RHO, LAMP), 0.01, mesh="2").balance.defect
+
+
+def squares_with_a_screen():
+    polygons = np.array([SQUARE, SQUARE[::-1] + [0, 0, 1], SCREEN])
+    solution = solve(scene(polygons, 0.0, [1.0, 0, 0]), 0.01, mesh="6")
+    e = mean_of(solution.irradiance_on[:, 0], solution.patches, 1)
+    return abs(e / SCREENED - 1)
+
+
+def a_lamp_over_points():
+    polygons = np.array([2 * SQUARE, SQUARE[::-1] + [0, 0, 1]])
+    solution = solve(scene(polygons, 0.0, [0, 1.0]), 0.05, mesh="1")
+    found, _ = solution.irradiance([[0, 0, 0], [0.5, 0.5, 0]], [[0, 0, 1]] * 2)
+    exact = [point_to_parallel_rectangle(1, 1, 1), 4 * point_to_parallel_rectangle(0.5, 0.5, 1)]
+    return np.abs(found[:, 0] / exact - 1).max()
+
+
+SUITE = {
+    box_of_six: 1e-6,  # factors to 1e-8, the solver to 1e-7
+    furnace_of_unequal_patches: 1e-6,  # row sums to 1e-8, times 1/(1 - rho)
+    balance: 1e-6,  # the same
+    squares_with_a_screen: 1e-2,  # 16 rays for each of 1296 pairs
+    a_lamp_over_points: 1e-12,  # Lambert's sum is exact
+}
+
+
+def caught():
+    """Names of the checks whose error exceeds their tolerance, nan included."""
+    return {check.__name__ for check, limit in SUITE.items() if not check() <= limit}
+
+
+def fault_in_reflectance(patch):
+    from radiosity.solve import system
+
+    original = system.reflectance_of
+    patch(system, "reflectance_of", lambda material: 0.95 * original(material))
+
+
+def fault_in_pi_of_emission(patch):
+    from radiosity.solve import solve as module
+    from radiosity.solve.system import Terms
+
+    original = module.make_terms
+
+    def without_pi(*args):
+        terms = original(*args)
+        return Terms(terms.reflectance, terms.emission / np.pi)
+
+    patch(module, "make_terms", without_pi)
+
+
+def fault_in_pi_of_lamps(patch):
+    from radiosity.solve import solve as module
+
+    original = module.area_lights
+
+    def without_pi(scene):
+        lights = original(scene)
+        return AreaLights(lights.polygons, lights.normals, lights.exitance / np.pi)
+
+    patch(module, "area_lights", without_pi)
+
+
+def fault_in_area(patch):
+    """Rows divided by the mean area: wrong only where patches differ."""
+    from radiosity.transport import factors
+
+    patch(
+        factors, "FormFactors", lambda exchange, area: FormFactors(exchange, 0 * area + area.mean())
+    )
+
+
+def fault_in_visibility(patch):
+    patch(Visibility, "blocked", lambda self, origins, spans: np.zeros(len(origins), bool))
+
+
+def fault_in_convexity(patch):
+    """Every scene taken for a convex one, so that no shadow rays are sent."""
+    from radiosity.transport import visibility
+
+    patch(visibility, "_is_convex", lambda faces: True)
+
+
+def fault_in_shares(patch):
+    """Rays counted without their weight cos cos'/r^2, seen from too near."""
+    from radiosity.transport import factors
+
+    original = factors.seen_share
+    patch(factors, "seen_share", lambda *args: original(*args) ** 1.1)
+
+
+def fault_in_cosine(patch):
+    """One cosine of every pair of patches left out."""
+    from radiosity.transport import factors
+
+    original = factors._rows
+
+    def without(first, stop, live, v, n, c, r, rules, exchange):
+        original(first, stop, live, v, n, c, r, rules, exchange)
+        for i in range(first, stop):
+            d = c - c[i]
+            cosine = d @ n[i] / np.maximum(np.linalg.norm(d, axis=1), 1e-300)
+            exchange[i] /= np.where(exchange[i] > 0, np.maximum(cosine, 0.05), 1.0)
+
+    patch(factors, "_rows", without)
+
+
+def fault_in_cosine_at_points(patch):
+    from radiosity.transport import irradiance
+
+    original = irradiance._point_factors
+
+    def without(points, normals, polygons, factors):
+        original(points, normals, polygons, factors)
+        d = polygons.mean(axis=1)[None] - points[:, None]
+        cosine = np.einsum("plc,pc->pl", d, normals) / np.linalg.norm(d, axis=2)
+        factors /= np.maximum(cosine, 0.05)
+
+    patch(irradiance, "_point_factors", without)
+
+
+def fault_in_normals(patch):
+    """Patches that look the wrong way."""
+    from radiosity.solve import solve as module
+
+    original = module.make_patches
+
+    def flipped(*args):
+        made = original(*args)
+        return Patches(**{**vars(made), "normal": -made.normal})
+
+    patch(module, "make_patches", flipped)
+
+
+def fault_in_quadrature(patch):
+    """Gauss weights that do not add up to 1."""
+    from radiosity.transport import factors
+
+    patch(factors, "GAUSS", tuple((x, 1.001 * w) for x, w in factors.GAUSS))
+
+
+FAULTS = {
+    fault_in_reflectance: {"box_of_six", "furnace_of_unequal_patches"},
+    fault_in_pi_of_emission: {"box_of_six", "furnace_of_unequal_patches", "squares_with_a_screen"},
+    fault_in_pi_of_lamps: {"a_lamp_over_points", "furnace_of_unequal_patches"},
+    fault_in_area: {"box_of_six", "furnace_of_unequal_patches"},
+    fault_in_visibility: {"squares_with_a_screen"},
+    fault_in_convexity: {"squares_with_a_screen"},
+    fault_in_shares: {"squares_with_a_screen"},
+    fault_in_cosine: {"box_of_six", "furnace_of_unequal_patches", "balance"},
+    fault_in_cosine_at_points: {"a_lamp_over_points", "furnace_of_unequal_patches"},
+    fault_in_normals: {"box_of_six", "furnace_of_unequal_patches"},
+    fault_in_quadrature: {"box_of_six", "furnace_of_unequal_patches", "balance"},
+}
+
+
+def test_without_faults_the_suite_is_content():
+    assert caught() == set()
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda f: f.__name__)
+def test_faults_are_caught(fault, monkeypatch):
+    fault(monkeypatch.setattr)
+    found = caught()
+    print(fault.__name__, found)
+    assert found >= FAULTS[fault]
