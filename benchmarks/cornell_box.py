@@ -1,4 +1,6 @@
-"""Accuracy and time on the Cornell box: python benchmarks/cornell_box.py > benchmarks/cornell_box.md
+"""Accuracy and time on the Cornell box.
+
+    python benchmarks/cornell_box.py > benchmarks/cornell_box.md
 
 Irradiance at the 27 reference points and the 256 x 256 picture against path tracing (Mitsuba 3),
 for several accuracies. Times are warm, on all cores, without start-up.
@@ -24,7 +26,7 @@ def timed(function):
 
 
 def picture_error(pixels):
-    """Relative rms error of luminance over interior pixels that do not emit, reference noise out."""
+    """Relative rms error of luminance over interior pixels, the reference's noise taken out."""
     data = np.load(REFERENCE / "image.npz", allow_pickle=False)
     y, noise = luminance(data["image"].astype(float)), luminance(data["se"].astype(float))
     inside = data["interior"].astype(bool) & (y > 0) & (y < 10 * np.median(y[y > 0]))
@@ -48,7 +50,8 @@ def point_errors(solution):
 def main():
     scene = radiosity.load(SCENES / "cornell_box.toml")
     radiosity.render(radiosity.solve(scene, 0.2), size=(8, 8))  # compiles
-    print("| accuracy | patches | solve s | probe s | median error | 95 % | picture s | picture error |")
+    print("| accuracy | patches | solve s | probe s | median error | 95 % "
+          "| picture s | picture error |")
     print("|---|---|---|---|---|---|---|---|")
     for accuracy in (0.1, 0.05, 0.02, 0.01):
         solution, solve_s = timed(lambda a=accuracy: radiosity.solve(scene, a))

@@ -28,7 +28,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--accuracy", type=float, default=0.02)
     parser.add_argument("--size", type=int, default=256, help="pixels: 64, 128 or 256 a side")
-    parser.add_argument("--samples", type=int, default=128, help="rays over each pixel's hemisphere")
+    parser.add_argument("--samples", type=int, default=128, help="rays over a pixel's hemisphere")
     parser.add_argument("-o", "--output", default="cornell_box.png")
     args = parser.parse_args()
     if args.size not in (64, 128, 256):
@@ -41,7 +41,7 @@ def main() -> int:
     radiosity.write(image, args.output)
     picture = picture_error(image.pixels)
     median, high = np.median(errors), np.percentile(errors, 95)
-    print(f"irradiance: median error {median:.2%}, 95th percentile {high:.2%} at {len(errors)} points")
+    print(f"irradiance: median error {median:.2%}, 95 % below {high:.2%}, {len(errors)} points")
     print(f"picture: relative rms error {picture:.2%} over blocks of single faces; {args.output}")
     return int(median > MEDIAN_BOUND or picture > PICTURE_BOUND)
 
@@ -58,7 +58,7 @@ def point_errors(solution) -> np.ndarray:
     mean = area @ luminance(solution.irradiance_on[solution.live]) / area.sum()
     y, y_reference = luminance(found), luminance(reference)
     errors = np.abs(y - y_reference) / np.maximum(y_reference, 0.1 * mean)
-    print(f"{'surface':12}{'E r':>9}{'g':>9}{'b':>9}{'reference r':>13}{'g':>9}{'b':>9}{'error':>9}")
+    print(f"{'surface':12}{'E r':>9}{'g':>9}{'b':>9}{'reference':>13}{'g':>9}{'b':>9}{'error':>9}")
     for row, e, r, error in zip(table, found, reference, errors, strict=True):
         mine, theirs = "".join(f"{v:9.4f}" for v in e), "".join(f"{v:9.4f}" for v in r[1:])
         print(f"{row['object']:12}{mine}{r[0]:13.4f}{theirs}{error:9.2%}")

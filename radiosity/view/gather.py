@@ -118,7 +118,9 @@ def render(
     """
     total = pass_count(samples)
     shading = make_shading(solution)
-    for done, film in enumerate(_exposures(solution, shading, camera, size, total), 1):
+    exposures = _exposures(solution, shading, camera, size, total)
+    for done in range(1, total + 1):
+        film = next(exposures)
         progress("final gather", done, total)
     return Image(film.developed(total, shading), auto_exposure(solution))
 

@@ -1,0 +1,58 @@
+"""From faces to the patches that light can reach, and what rays need to find them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.mesh.contact import find_contacts
+from radiosity.mesh.patches import Patches, make_patches
+from radiosity.scene.model import Scene
+from radiosity.transport.lookup import Table, make_table
+from radiosity.transport.survey import sides_that_see_out, survey
+from radiosity.transport.visibility import Visibility
+
+
+@dataclass(frozen=True)
+class Reach:
+    """The meshed scene and where light gets to in it.
+
+    Attributes
+    ----------
+    patches : Patches
+        All fronts, and the backs that light reaches.
+    live : (n,) bool
+        Patches that light reaches.
+    open_share : (n,) float64
+        What a live patch sees of the outside, else 0.
+    closed : bool
+        No live patch sees the outside.
+    visibility : Visibility
+    table : Table
+    """
+
+    patches: Patches
+    live: np.ndarray
+    open_share: np.ndarray
+    closed: bool
+    visibility: Visibility
+    table: Table
+
+
+def find_reach(scene: Scene, shape: np.ndarray, seed: int) -> Reach:
+    """Divide the faces into ``shape`` cells and follow the light from its sources."""
+    emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
+    cells = make_patches(scene.faces, shape, find_contacts(scene.faces, emits))
+    visibility = Visibility(scene.faces)
+    table = make_table(scene.faces, cells)
+    sources = np.zeros((cells.fronts, 2), bool)
+    sources[:, 0] = emits[cells.face]
+    if scene.ambient.any():
+        sources |= sides_that_see_out(visibility, table, cells, seed)
+    reached = survey(visibility, table, cells, sources, seed)
+    front, back = reached.lit.T
+    patches = cells.with_backs(back)
+    live = np.concatenate([front, back[back]])
+    open_share = np.concatenate([reached.open_share[:, 0], reached.open_share[back, 1]])
+    return Reach(
+        patches, live, np.where(live, open_share, 0.0), reached.closed, visibility, table
+    )
