@@ -1,6 +1,7 @@
 """What light can reach, and where a scene is open: measured with rays before any factor."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -48,19 +49,36 @@ def survey(
     sources : (fronts, 2) bool
         Sides that emit; where light enters from outside, every side that sees the outside.
     """
-    fronts = patches.fronts
     lit = sources.copy()
     lit[patches.covered, 0] = False
-    open_share = np.full((fronts, 2), np.nan)
-    new = np.flatnonzero(lit.ravel())
+    open_share = np.full(lit.shape, np.nan)
+    views = partial(_look, visibility, table, patches, seed=seed)
+    new = np.flatnonzero(lit)
     while len(new):
-        sides = _look(visibility, table, patches, new, seed)
-        open_share.ravel()[new] = np.mean(sides == MISS, axis=1)
+        _spread(views, new, lit.reshape(-1), open_share.reshape(-1))
+        new = _small_ones(views, patches, lit)
+    return Survey(lit, open_share)
+
+
+def _spread(views, new, lit, open_share):
+    """Follow light from new sides to all that it meets; mark them in ``lit`` (2 * fronts,)."""
+    lit[new] = True
+    while len(new):
+        sides = views(new)
+        open_share[new] = np.mean(sides == MISS, axis=1)
         met = np.unique(sides)
         met = met[met != MISS]
-        new = met[~lit.ravel()[met]]
-        lit.ravel()[new] = True
-    return Survey(lit, open_share)
+        new = met[~lit[met]]
+        lit[new] = True
+
+
+def _small_ones(views, patches, lit):
+    """Return dark sides that see a lit one: too small for any ray to have met them."""
+    dark = ~lit
+    dark[patches.covered, 0] = False
+    dark = np.flatnonzero(dark)
+    sides = views(dark)
+    return dark[np.any((sides != MISS) & lit.reshape(-1)[sides], axis=1)]
 
 
 def sides_that_see_out(visibility, table, patches, seed: int = 0) -> np.ndarray:
@@ -70,7 +88,7 @@ def sides_that_see_out(visibility, table, patches, seed: int = 0) -> np.ndarray:
     return np.any(sides == MISS, axis=1).reshape(-1, 2)
 
 
-def _look(visibility, table, patches, which, seed):
+def _look(visibility, table, patches, which, seed=0):
     """Return (k, RAYS) sides met from the middles of the given sides."""
     front, back = which // 2, which % 2
     normals = patches.normal[front] * np.where(back, -1.0, 1.0)[:, None]
