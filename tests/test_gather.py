@@ -25,8 +25,9 @@ def material(name, diffuse, radiance=0.0, specular=None):
 def scene_of(quads, materials, index, **more):
     index = np.array(index)
     faces = Faces(np.array(quads, float), index, index)
-    camera = Camera("eye", *(np.array(v, float) for v in ([0, 0, 1], [0, 0, 0], [0, 1, 0])), 60, (8, 8))
-    return Scene("test", faces, materials, tuple(m.name for m in materials), {"eye": camera}, **more)
+    place = (np.array(v, float) for v in ([0, 0, 1], [0, 0, 0], [0, 1, 0]))
+    cameras = {"eye": Camera("eye", *place, 60, (8, 8))}
+    return Scene("test", faces, materials, tuple(m.name for m in materials), cameras, **more)
 
 
 FLOOR = [[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]
@@ -132,8 +133,9 @@ def test_more_rays_bring_less_noise():
     solution = radiosity.solve(radiosity.load(SCENES / "cornell_box.toml"), 0.2)
     camera = replace(solution.scene.cameras["front"], target=np.array([278, 540, 300.0]), fov=5.0)
     fine = render(solution, camera, size=(12, 12), samples=4096).pixels
+    other = replace(solution, seed=3)
     few, many = (
-        np.abs(render(replace(solution, seed=3), camera, size=(12, 12), samples=n).pixels - fine).mean()
+        np.abs(render(other, camera, size=(12, 12), samples=n).pixels - fine).mean()
         for n in (16, 256)
     )
     assert many < few / 2.5  # 16 times the rays: 4 times less, were it independent noise
@@ -187,3 +189,10 @@ def test_smoothing_stops_at_edges():
 
 def test_light_rays_of_a_pass_are_a_whole_net():
     assert LIGHT_RAYS & (LIGHT_RAYS - 1) == 0  # Sobol points are even in powers of two only
+
+
+def test_passes_end_early_when_told_to(lamp_over_floor):
+    seen = []
+    for picture in passes(lamp_over_floor, size=(8, 8), samples=800, stop=lambda: len(seen) >= 2):
+        seen.append(picture)
+    assert len(seen) == 2

@@ -65,8 +65,9 @@ def test_blocks_cut_the_floor_and_what_they_cover_stays_dark():
         x, z = np.array(corners, float).T
         return 0.5 * abs(x @ np.roll(z, -1) - z @ np.roll(x, -1))
 
-    blocks = [[130, 65], [82, 225], [240, 272], [290, 114]], [[423, 247], [265, 296], [314, 456], [472, 406]]
-    assert area == pytest.approx(sum(footprint(b) for b in blocks), rel=1e-9)
+    short = [[130, 65], [82, 225], [240, 272], [290, 114]]
+    tall = [[423, 247], [265, 296], [314, 456], [472, 406]]
+    assert area == pytest.approx(footprint(short) + footprint(tall), rel=1e-9)
     assert not solution.radiosity[dark].any()
     assert len(solution.patches) == solution.patches.fronts  # no back is lit
 

@@ -5,7 +5,7 @@ hemisphere. The mean over the passes is the picture, its indirect light smoothed
 a window can show each as it comes.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -138,26 +138,34 @@ def passes(
     *,
     size: tuple[int, int] | None = None,
     samples: int = SAMPLES,
+    stop: Callable[[], bool] = lambda: False,
 ) -> Iterator[Image]:
-    """Yield the picture as it grows, after each pass; the last one is `render`'s."""
+    """Yield the picture as it grows, after each pass; the last one is `render`'s.
+
+    Ends early, within a fraction of a pass, once ``stop()`` is true.
+    """
     shading, exposure = make_shading(solution), auto_exposure(solution)
-    films = _exposures(solution, shading, camera, size, pass_count(samples))
+    films = _exposures(solution, shading, camera, size, pass_count(samples), stop)
     for done, film in enumerate(films, 1):
         yield Image(film.developed(done, shading), exposure)
 
 
-def _exposures(solution, shading, camera, size, count) -> Iterator[Film]:
-    """Yield one film, exposed by one more pass each time."""
+def _exposures(solution, shading, camera, size, count, stop=lambda: False) -> Iterator[Film]:
+    """Yield one film, exposed by one more pass each time, until all are done or ``stop()``."""
     camera = find_camera(solution.scene, camera)
     width, height = size or camera.size
     if not (1 <= width <= 16384 and 1 <= height <= 16384):
         raise ValueError(f"size = {width}x{height} must lie between 1x1 and 16384x16384 pixels")
     film = Film.blank(width, height)
     for index in range(count):
-        over_ranges(
-            lambda a, b, k=index: _add(solution, shading, camera, k, a, b, film),
-            width * height, PIXELS_AT_ONCE,
-        )  # fmt: skip
+
+        def expose(a, b, index=index):
+            if not stop():
+                _add(solution, shading, camera, index, a, b, film)
+
+        over_ranges(expose, width * height, PIXELS_AT_ONCE)
+        if stop():
+            return
         yield film
 
 

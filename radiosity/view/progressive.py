@@ -61,7 +61,7 @@ class Job:
         return newest.picture
 
     def stop(self) -> None:
-        """Let the thread end after the pass that it computes."""
+        """Let the thread end soon, within the pass that it computes."""
         self._stopped.set()
 
     def _run(self, solution, camera, samples, turn):
@@ -69,11 +69,11 @@ class Job:
             with turn:
                 if self._stopped.is_set():
                     return
-                passes = gather.passes(solution, camera, size=camera.size, samples=samples)
+                passes = gather.passes(
+                    solution, camera, size=camera.size, samples=samples, stop=self._stopped.is_set
+                )
                 for done, image in enumerate(passes, start=1):
                     self._newest = _Progress(done, tone_map(image.pixels, image.exposure))
-                    if self._stopped.is_set():
-                        return
         except Exception as error:  # for the main thread to raise
             self.error = error
 
