@@ -15,6 +15,7 @@ from scenes_for_tests import (
 
 from radiosity.analytic import box_form_factors
 from radiosity.transport.factors import form_factors
+from radiosity.transport.occlusion import seen_share
 from radiosity.transport.survey import survey
 
 OPPOSITE = np.stack([SQUARE, SQUARE[::-1] + [0, 0, 1.0]])
@@ -121,6 +122,68 @@ def test_blocked_factors_converge(grow):
     assert errors[0] < 0.04 and errors[-1] < 2e-3
     # random rays would give 64^(1/2) = 8 and 256^(1/2) = 16; reached 11 and 28
     assert errors[0] / errors[-1] > 6
+
+
+def blocked_by(screen, a, b):
+    """Whether the segments from a to b (k, 3) pass through a convex quadrilateral."""
+    normal = np.cross(screen[1] - screen[0], screen[3] - screen[0])
+    ha, hb = (a - screen[0]) @ normal, (b - screen[0]) @ normal
+    through = a + (ha / np.where(ha == hb, 1.0, ha - hb))[:, None] * (b - a)
+    inside = ha * hb < 0
+    for k in range(4):
+        edge = screen[(k + 1) % 4] - screen[k]
+        inside &= np.cross(edge, through - screen[k]) @ normal > 0
+    return inside
+
+
+def plain_share(p, q, screen, rng, count=200_000):
+    """sum(w V)/sum(w) over random pairs of points, w = cos cos' / r^2, by rejection."""
+    ends = []
+    for polygon in (p, q):
+        low, high = polygon.min(axis=0), polygon.max(axis=0)
+        normal = np.cross(polygon[2] - polygon[0], polygon[3] - polygon[1])
+        axis = np.argmax(np.abs(normal))
+        x = rng.uniform(low, high, (6 * count, 3))
+        x[:, axis] -= ((x - polygon[0]) @ normal) / normal[axis]
+        keep = np.ones(len(x), bool)
+        for k in range(4):
+            edge = polygon[(k + 1) % 4] - polygon[k]
+            keep &= np.cross(edge, x - polygon[k]) @ normal >= 0
+        ends.append((x[keep][:count], normal / np.linalg.norm(normal)))
+    (x, np_), (y, nq) = ends
+    m = min(len(x), len(y))
+    x, y = x[:m], y[:m]
+    d = y - x
+    r2 = (d * d).sum(axis=1)
+    w = np.maximum(d @ np_, 0) * np.maximum(-d @ nq, 0) / r2**2
+    return (w * ~blocked_by(screen, x, y)).sum() / w.sum()
+
+
+SHARES = {
+    # floor and wall at right angles: the wall's foot is near and seen at a slant, its top is not
+    "slanted": (SQUARE, np.array([[1.2, 0, 0], [1.2, 0, 2], [1.2, 1, 2], [1.2, 1, 0.0]]),
+                np.array([[1.1, -1, 0], [1.1, 2, 0], [1.1, 2, 0.8], [1.1, -1, 0.8]])),
+    "trapezoid": (np.array([[0, 0, 0], [3, 0, 0], [1.2, 1, 0], [1.0, 1, 0.0]]),
+                  np.array([[0, 0, 1], [0, 1, 1], [3, 1, 1], [3, 0, 1.0]]),
+                  np.array([[-1, -1, 0.5], [1, -1, 0.5], [1, 2, 0.5], [-1, 2, 0.5]])),
+    "triangle": (SQUARE[[0, 1, 2, 2]], np.array([[2, 0, 0], [2, 1, 2], [2, 1, 0], [2, 1, 0.0]]),
+                 np.array([[1.5, -1, 0], [1.5, 0.6, 0], [1.5, 0.6, 3], [1.5, -1, 3]])),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SHARES)
+def test_shares_agree_with_their_plain_twin(name):
+    """Both cosines, the distance and the area stretch weigh the shadow rays; each way round."""
+    p, q, screen = SHARES[name]
+    faces = faces_of(np.stack([p, q, screen]))
+    visibility, _, patches = meshed(faces, 1)
+    sides = patches.vertices, patches.normal
+    expected = plain_share(p, q, screen, np.random.default_rng(0))
+    assert 0.2 < expected < 0.8
+    pairs = np.array([[0, 1], [1, 0]])
+    found = seen_share(visibility, pairs, sides, sides, np.arange(3), range(16384), 0)
+    # 200,000 random pairs against 16,384 of Sobol; reached 5e-3, most of it the twin's
+    assert found == pytest.approx(np.full(2, expected), rel=1e-2)
 
 
 def test_a_full_screen_lets_nothing_through():

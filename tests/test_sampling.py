@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scenes_for_tests import rotation
+from scipy.stats import qmc
 
 from radiosity.transport.sampling import cosine_direction, hashed, sobol
 
@@ -46,6 +47,13 @@ def plain_sobol(count):
 
 def test_sobol_agrees_with_its_plain_twin():
     assert np.array_equal(points(0, 300, range(4)), plain_sobol(300))
+
+
+def test_sobol_has_the_points_of_joe_and_kuo():
+    """scipy's generator, which visits the same points in another order (Gray code)."""
+    expected = qmc.Sobol(4, scramble=False, bits=32).random(256)
+    found = points(0, 256, range(4))
+    assert np.array_equal(found[np.lexsort(found.T)], expected[np.lexsort(expected.T)])
 
 
 def test_first_points():

@@ -314,6 +314,16 @@ def test_the_number_of_threads_changes_no_bit(polygons, monkeypatch):
     assert np.array_equal(one, solved(polygons).radiosity)
 
 
+def test_backs_emit_nothing():
+    """A lamp that looks up in a black room: its back and the floor under it stay dark."""
+    polygons = np.concatenate([ROOM, [SQUARE + [1.5, 1, 0.5]]])
+    solution = solve(scene(polygons, 0.0, [0, 0, 0, 0, 0, 0, 1.0]), 0.02, mesh="3")
+    back, floor = ~solution.patches.front, solution.patches.face == 0
+    assert back.sum() == 9 and np.all(solution.radiosity[back] == 0)
+    assert np.all(solution.irradiance_on[floor] == 0)
+    assert mean_of(solution.irradiance_on[:, 0], solution.patches, 1) > 0.01
+
+
 def test_one_sided_sheets_have_black_backs():
     sheet = SQUARE + [1.5, 1, 1.2]
     polygons = np.concatenate([ROOM, sheet[None]])
