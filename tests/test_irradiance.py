@@ -123,8 +123,8 @@ def test_sky_through_an_open_lid():
     # 2048 Sobol rays a point: random ones would err by 1.5 to 4 %
     assert np.sqrt(np.mean(off**2)) < 0.01 and abs(off.mean()) < 3e-3
     assert np.all(np.abs(off) < 0.04)
-    # the estimate: half of the rays against all; covers twice over for most points
-    assert np.mean(np.abs(found - exact[:, None]) <= 3 * error) > 0.8
+    # the estimate: two halves of the rays, three times their standard error
+    assert np.mean(np.abs(found - exact[:, None]) <= error) > 0.8
 
 
 def test_points_of_a_convex_body_see_only_sky():
@@ -160,17 +160,16 @@ def points_in_the_furnished_room(count):
 
 
 def test_errors_cover_a_finer_solution():
-    """The estimate is a standard error of two halves: 1 of them covers most, 3 nearly all points.
+    """Nearly all errors lie below the estimate, which is not large by much either.
 
-    Two estimates of the finer solution are allowed for, as it is no truth either.
+    Two standard errors of the finer solution are allowed for, as it is no truth either.
     """
     points, normals = points_in_the_furnished_room(120)
     fine, rest = solve(furnished(), 0.015).irradiance(points, normals)
     coarse, error = solve(furnished(), 0.05).irradiance(points, normals)
     off = np.abs(coarse - fine)
-    assert np.mean(off <= error + 2 * rest) > 0.7  # reached .80 of 1200 values at 0.008
-    assert np.mean(off <= 3 * error + 2 * rest) >= 0.9  # reached .95
-    assert np.sqrt(np.mean(error**2)) < 5 * np.sqrt(np.mean(off**2))  # not by saying "anything"
+    assert np.mean(off <= error + 2 / 3 * rest) >= 0.9  # reached .95
+    assert np.sqrt(np.mean(error**2)) < 10 * np.sqrt(np.mean(off**2))  # not by saying "anything"
     assert np.percentile(off / fine.mean(axis=0), 95) < 0.05  # the accuracy asked; reached .011
 
 

@@ -225,6 +225,15 @@ def test_one_absorber_is_enough():
     assert absorbed == pytest.approx(15.0, rel=1e-6)  # all that is emitted ends there
 
 
+def test_a_closed_part_that_absorbs_nothing_is_refused():
+    """Two rooms that do not see each other: one has a way out for its light, one has none."""
+    rooms = np.concatenate([box((0, 0, 0), (1, 1, 1)), box((2, 0, 0), (3, 1, 1))])
+    rho, exitance = np.repeat([1.0, 0.5], 6), np.zeros(12)
+    exitance[[1, 7]] = 1.0
+    with pytest.raises(SceneError, match="closed part"):
+        solve(scene(rooms, rho, exitance), 0.1, mesh="1")
+
+
 def test_nearly_white_rooms_are_solved_directly():
     solution = solve(scene(ROOM, 0.9999, 1.0), 0.01, mesh="2")
     assert solution.solver == "direct"

@@ -440,7 +440,8 @@ def test_the_loop_lets_the_thread_compute_and_q_ends_it(opengl):
     if shutil.which("Xvfb") is None:
         pytest.skip("no Xvfb on this machine, so no real window to open")
     read, write = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "320x240x24"]
+    # Without -noreset the server starts anew when its last client leaves, and refuses meanwhile.
+    command = ["Xvfb", "-displayfd", str(write), "-noreset", "-screen", "0", "320x240x24"]
     server = subprocess.Popen(
         command, pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )

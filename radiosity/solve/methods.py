@@ -10,7 +10,7 @@ from numba import njit
 
 from radiosity.transport.operator import FormFactors
 
-LIMIT = 1000
+LIMIT, RESTART = 1000, 50
 
 
 class NotConverged(RuntimeError):
@@ -21,7 +21,7 @@ class NotConverged(RuntimeError):
         last = f"{history[-1]:.2e}" if history else "nothing"
         super().__init__(
             f"{method} stopped at an error bound of {last} after {len(history)} iterations, "
-            f"above the tolerance {tolerance:.2e}: use --solver direct"
+            f"above the tolerance {tolerance:.2e}: use --solver direct or let more be absorbed"
         )
 
 
@@ -59,22 +59,23 @@ def gauss_seidel(factors: FormFactors, rho, emission, tolerance):
 
 
 def gmres(factors: FormFactors, rho, emission, tolerance):
-    """GMRES (scipy), a band at a time."""
+    """GMRES (scipy), a band at a time; the history bounds each band's error after each step."""
     from scipy.sparse.linalg import LinearOperator
     from scipy.sparse.linalg import gmres as scipy_gmres
 
-    b, steps = emission.copy(), []
-    n = len(b)
+    b, history = emission.copy(), []
+    n, left = len(b), max(1.0 - contraction(factors, rho), 1e-12)
     for k in np.flatnonzero(emission.any(axis=0)):
         system = LinearOperator((n, n), lambda x, r=rho[:, k]: x - r * (factors @ x))
-        strict = tolerance * max(1.0 - contraction(factors, rho), 1e-12) / np.sqrt(n)
+        scale = np.linalg.norm(emission[:, k]) / (left * emission[:, k].max())
         b[:, k], stopped = scipy_gmres(
-            system, emission[:, k], x0=emission[:, k], rtol=strict, maxiter=LIMIT,
-            callback=steps.append, callback_type="pr_norm",
+            system, emission[:, k], x0=emission[:, k], rtol=tolerance / scale, restart=RESTART,
+            maxiter=-(-LIMIT // RESTART), callback_type="pr_norm",
+            callback=lambda norm, s=scale: history.append(float(norm * s)),
         )  # fmt: skip
         if stopped:
-            raise NotConverged("GMRES", [float(s) for s in steps], tolerance)
-    history = [float(s) for s in steps] + [_bound(factors, rho, emission, b)]
+            raise NotConverged("GMRES", history, tolerance)
+    history.append(_bound(factors, rho, emission, b))
     if history[-1] > tolerance:
         raise NotConverged("GMRES", history, tolerance)
     return b, history
@@ -92,8 +93,8 @@ def direct(factors: FormFactors, rho, emission, tolerance):
         lu = lu_factor(np.eye(len(rho)) - distinct[:, k, None] * matrix)
         b[:, bands] = lu_solve(lu, emission[:, bands])
     history = [_bound(factors, rho, emission, b)]
-    if not np.all(np.isfinite(b)):
-        raise NotConverged("the direct solver", history, tolerance)
+    if not np.all(np.isfinite(b)) or b.min(initial=0.0) < -tolerance * b.max(initial=0.0):
+        raise NotConverged("the direct solver, on a matrix that is singular,", history, tolerance)
     return b, history
 
 

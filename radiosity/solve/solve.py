@@ -1,6 +1,8 @@
 """From a scene to its solution: mesh, survey, factors, system."""
 
 import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 
 from radiosity.scene.model import Scene, SceneError
 from radiosity.solve.methods import SOLVERS, contraction
@@ -76,15 +78,24 @@ def solve(
 
 
 def _suited(solver, factors, rho, reach):
-    """Refuse a closed scene that nothing absorbs in; solve directly where bounces hardly fade."""
-    lit = rho[reach.live]
-    if reach.closed and len(lit) and np.any(np.all(lit >= 1.0, axis=0)):
+    """Refuse rooms that nothing absorbs in; solve directly where bounces hardly fade."""
+    if np.any(rho >= 1.0) and np.any(_never_fades(factors, rho, reach)):
         raise SceneError(
             "materials",
-            ["every lit surface has reflectance 1 in a closed scene, so light never fades: "
-             "let something absorb (diffuse below 1)"],
+            ["every lit surface has reflectance 1 in a closed scene, or in a closed part of it, "
+             "so light never fades: let something absorb (diffuse below 1)"],
         )  # fmt: skip
     return "direct" if contraction(factors, rho) > STIFF else solver
+
+
+def _never_fades(factors, rho, reach) -> np.ndarray:
+    """Return (parts, bands) bool: closed parts of the scene where nothing lit absorbs."""
+    parts, part = connected_components(csr_matrix(factors.exchange > 0), directed=False)
+    fades = np.zeros((parts, rho.shape[1]), bool)
+    np.logical_or.at(fades, part, ((rho < 1.0) | (reach.open_share > 0)[:, None]))
+    lit = np.zeros(parts, bool)
+    lit[part[reach.live]] = True
+    return lit[:, None] & ~fades
 
 
 def _balance(scene, reach, terms, irradiance, b) -> Balance:

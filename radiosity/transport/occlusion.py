@@ -8,6 +8,7 @@ from radiosity.transport.sampling import hashed, sobol
 from radiosity.transport.visibility import LIFT, Visibility
 
 RAYS_AT_ONCE = 1 << 16
+OTHER = 1 << 40  # tells the pattern on a source from the one on its target
 
 
 @njit(cache=True, nogil=True)
@@ -15,7 +16,7 @@ def _aim(pairs, p, np_, q, nq, keys, first, count, seed, centre, scale, lift, st
     x, y = np.empty(3), np.empty(3)
     for m in range(len(pairs)):
         i, j = pairs[m, 0], pairs[m, 1]
-        one, two = hashed(keys[i], j, seed), hashed(keys[i], j, seed + 1)
+        one, two = hashed(keys[i], j, seed), hashed(keys[i], j + OTHER, seed)
         for k in range(count):
             r = m * count + k
             s, t = sobol(first + k, 0, one), sobol(first + k, 1, one >> np.uint64(32))
