@@ -68,10 +68,16 @@ def _leave_the_dark(points, face, patches, live, table) -> None:
 
 
 def _nearest_inside(point, parts, patches):
-    """Return the first point inside one of the patches on the way to the largest's centre."""
-    target = patches.centroid[parts[np.argmax(patches.area[parts])]]
+    """Return the nearest of the points where the ways to the patches' centres enter them."""
+    entries = np.array([_entry(point, k, patches) for k in parts])
+    return entries[np.argmin(np.linalg.norm(entries - point, axis=1))]
+
+
+def _entry(point, k, patches):
+    """Return the first of some points on the way to the centre of patch k that lies inside it."""
+    target = patches.centroid[k]
     for t in np.linspace(0.0, 1.0, STEPS + 1):
         x = point + t * (target - point)
-        if any(margin_in(patches.vertices[k], patches.normal[k], x) > 0 for k in parts):
+        if margin_in(patches.vertices[k], patches.normal[k], x) > 0:
             return x
     return target

@@ -27,7 +27,7 @@ from radiosity.view.smoothing import MIXED, smoothed
 SAMPLES = 128  # rays over a pixel's hemisphere by default
 A_PASS = 8  # of them in one pass
 LIGHT_RAYS = 4  # to each light in one pass
-PIXELS_AT_ONCE = 4096
+PIXELS_AT_ONCE = 8192
 LAYERS = 16  # unmodelled backs that a sight line passes through
 
 
