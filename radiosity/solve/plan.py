@@ -8,7 +8,7 @@ import numpy as np
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.patches import divisions
 
-FEWEST, MOST = 150, 6000
+FEWEST = 150
 PATCHES_AT_UNIT_ACCURACY = 15.0  # gathered irradiance is of second order in the patch size
 
 
@@ -67,7 +67,7 @@ def make_plan(faces: Faces, accuracy: float, mesh: str = "auto") -> Plan:
         raise ValueError(
             f"accuracy = {accuracy:g} must lie in [0.0001, 1): 0.02 asks for 2 percent"
         )
-    wanted = min(max(PATCHES_AT_UNIT_ACCURACY / accuracy, FEWEST), MOST)
+    wanted = max(PATCHES_AT_UNIT_ACCURACY / accuracy, FEWEST)
     rays = 16 if accuracy >= 0.01 else 64
     samples = int(2 ** np.clip(np.ceil(np.log2(20 / accuracy)), 8, 14))
     return Plan(accuracy, _shape(faces, mesh, wanted), rays, samples, 1e-5 * accuracy)
