@@ -187,7 +187,8 @@ def test_wrong_points_are_named_by_line(text, words):
 
 def test_a_matrix_beyond_the_memory_is_refused_at_once():
     begun = time.perf_counter()
-    refused(radiosity("solve", CORNELL, "--memory", "1MB"), "patches need", "--memory", code=3)
+    process = radiosity("solve", CORNELL, "--memory", "1MB")
+    refused(process, "patches need", "MB", "--memory", code=3)
     assert time.perf_counter() - begun < 30  # nothing was computed; a loaded machine starts slowly
 
 

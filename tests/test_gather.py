@@ -155,6 +155,12 @@ def test_wrong_arguments_are_named(lamp_over_floor, options, words):
         render(lamp_over_floor, **options)
 
 
+def test_a_picture_beyond_the_memory_is_refused(lamp_over_floor, monkeypatch):
+    monkeypatch.setattr("radiosity.solve.plan.free_memory", lambda: 1e9)
+    with pytest.raises(radiosity.Refused, match="16384 x 16384 pixels need about 67.1 GB"):
+        render(lamp_over_floor, size=(16384, 16384))
+
+
 def pixels_on_a_plane(size=40):
     y, x = np.mgrid[:size, :size] * 1.0
     position = np.stack([x, y, np.zeros_like(x)], axis=-1)

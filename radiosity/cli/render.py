@@ -31,15 +31,15 @@ def render(
     Example: radiosity render scenes/cornell_box.toml -o cornell.png --size 512x512
     """
     from radiosity.view.files import check_place
-    from radiosity.view.gather import find_camera
+    from radiosity.view.gather import find_camera, picture_size
     from radiosity.view.gather import render as gather
     from radiosity.view.image import check_suffix, write
 
     check_suffix(output)
     check_place(output)
-    pixels = o.parse_size(size)
     model = load_scene(scene, mesh, ambient, quiet)
     chosen = find_camera(model, camera)
+    pixels = picture_size(chosen, o.parse_size(size))
     with progress_bars(quiet) as progress:
         solution = solve_scene(
             model, accuracy, mesh, solver, seed, memory, threads, quiet, progress

@@ -35,7 +35,7 @@ def view(
     Example: radiosity view scenes/cornell_box.toml
     """
     from radiosity.view.files import check_place
-    from radiosity.view.gather import find_camera, render
+    from radiosity.view.gather import find_camera, picture_size, render
     from radiosity.view.image import check_suffix, write
     from radiosity.view.window import display_available, show
 
@@ -45,6 +45,7 @@ def view(
     pixels = o.parse_size(size)
     model = load_scene(scene, mesh, ambient, quiet)
     chosen = find_camera(model, camera)
+    picture_size(chosen, pixels)
     shown = screenshot is None and display_available()
     target = screenshot or f"{Path(scene).stem}.png"
     with progress_bars(quiet) as progress:

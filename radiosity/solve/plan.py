@@ -91,17 +91,22 @@ def memory_needed(patches: int) -> int:
 
 
 def check_memory(patches: int, limit: float | None) -> None:
-    """Raise `Refused` where the dense matrix would not fit into ``limit`` bytes.
+    """Raise `Refused` where the dense matrix would not fit, see `check_fits`."""
+    way_out = "use a larger --accuracy, a coarser --mesh, or allow more with --memory"
+    check_fits(f"{patches} patches", memory_needed(patches), limit, way_out)
 
-    ``None`` allows half of what is free.
-    """
+
+def check_fits(what: str, needed: float, limit: float | None, way_out: str) -> None:
+    """Raise `Refused` where ``needed`` bytes exceed ``limit``; None allows half of what is free."""
     limit = free_memory() / 2 if limit is None else limit
-    needed = memory_needed(patches)
     if needed > limit:
         raise Refused(
-            f"{patches} patches need about {needed / 1e9:.1f} GB, more than the {limit / 1e9:.1f} "
-            "GB allowed: use a larger --accuracy, a coarser --mesh, or allow more with --memory"
+            f"{what} need about {_size(needed)}, more than the {_size(limit)} allowed: {way_out}"
         )
+
+
+def _size(count: float) -> str:
+    return f"{count / 1e9:.1f} GB" if count >= 1e8 else f"{count / 1e6:.1f} MB"
 
 
 def free_memory() -> float:

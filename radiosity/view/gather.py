@@ -13,6 +13,7 @@ from numba import njit
 
 from radiosity.light.photometry import luminance
 from radiosity.scene.model import Camera
+from radiosity.solve.plan import check_fits
 from radiosity.solve.solution import Solution
 from radiosity.transport.hemisphere import MISS, meet
 from radiosity.transport.irradiance import direct_irradiance, indirect_irradiance
@@ -28,6 +29,7 @@ SAMPLES = 128  # rays over a pixel's hemisphere by default
 A_PASS = 8  # of them in one pass
 LIGHT_RAYS = 4  # to each light in one pass
 PIXELS_AT_ONCE = 8192
+BYTES_A_PIXEL = 250  # the film, and the copies that developing it makes
 LAYERS = 16  # unmodelled backs that a sight line passes through
 
 
@@ -153,9 +155,7 @@ def passes(
 def _exposures(solution, shading, camera, size, count, stop=lambda: False) -> Iterator[Film]:
     """Yield one film, exposed by one more pass each time, until all are done or ``stop()``."""
     camera = find_camera(solution.scene, camera)
-    width, height = size or camera.size
-    if not (1 <= width <= 16384 and 1 <= height <= 16384):
-        raise ValueError(f"size = {width}x{height} must lie between 1x1 and 16384x16384 pixels")
+    width, height = picture_size(camera, size)
     film = Film.blank(width, height)
     for index in range(count):
 
@@ -180,6 +180,24 @@ def find_camera(scene, camera: Camera | str | None) -> Camera:
             f"camera = {camera!r} is not in the scene; it has {', '.join(scene.cameras)}"
         )
     return scene.cameras[camera]
+
+
+def picture_size(camera: Camera, size: tuple[int, int] | None) -> tuple[int, int]:
+    """Return (w, h) in pixels, the camera's own by default.
+
+    Raises
+    ------
+    ValueError
+        Out of range.
+    Refused
+        The picture would not fit into memory.
+    """
+    width, height = size or camera.size
+    if not (1 <= width <= 16384 and 1 <= height <= 16384):
+        raise ValueError(f"size = {width}x{height} must lie between 1x1 and 16384x16384 pixels")
+    needed = BYTES_A_PIXEL * width * height
+    check_fits(f"{width} x {height} pixels", needed, None, "use a smaller --size")
+    return width, height
 
 
 def make_shading(solution: Solution) -> Shading:
