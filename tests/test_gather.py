@@ -11,7 +11,8 @@ from radiosity.analytic import point_to_parallel_rectangle
 from radiosity.light.reflection import phong_albedo
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Camera, Material, Phong, Scene
-from radiosity.view.gather import LIGHT_RAYS, make_shading, passes, radiance, render
+from radiosity.view.gather import LIGHT_RAYS, passes, radiance, render
+from radiosity.view.shading import make_shading
 from radiosity.view.smoothing import MIXED, smoothed
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
@@ -202,3 +203,14 @@ def test_passes_end_early_when_told_to(lamp_over_floor):
     for picture in passes(lamp_over_floor, size=(8, 8), samples=800, stop=lambda: len(seen) >= 2):
         seen.append(picture)
     assert len(seen) == 2
+
+
+def test_faces_of_one_plane_and_material_are_smoothed_as_one():
+    """The ceiling of the Cornell box is four faces round the lamp; walls stay apart."""
+    solution = radiosity.solve(radiosity.load(SCENES / "cornell_box.toml"), 0.5)
+    plane = make_shading(solution).plane
+    scene = solution.scene
+    group = np.array(scene.groups)[scene.faces.group[solution.patches.face]]
+    assert len(np.unique(plane[group == "ceiling"])) == 1
+    assert not set(plane[group == "light"]) & set(plane[group == "ceiling"])
+    assert len(np.unique(plane[group == "tall_block"])) == 5

@@ -16,6 +16,7 @@ from radiosity.solve.solve import solve
 from radiosity.view import gather, progressive, window
 from radiosity.view.camera import project
 from radiosity.view.image import tone_map
+from radiosity.view.shading import auto_exposure
 from radiosity.view.window import Window, current_camera
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -158,7 +159,7 @@ def test_surfaces_show_the_interpolated_radiosity_in_the_pictures_tones(glossy, 
     )
     centre = glossy.patches.centroid[back]
     at = project(glossy.scene.cameras["front"], SIZE, centre)[0].astype(int)
-    expected = tone_map(glossy.radiosity[back] / np.pi, gather.auto_exposure(glossy))
+    expected = tone_map(glossy.radiosity[back] / np.pi, auto_exposure(glossy))
     found = win.screenshot()[at[:, 1], at[:, 0]]
     differ = np.abs(found.astype(int) - expected).max(axis=1)
     assert np.median(differ) < 12  # of 255: a pixel is not the centroid

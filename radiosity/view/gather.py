@@ -6,12 +6,10 @@ a window can show each as it comes.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
-from radiosity.light.photometry import luminance
 from radiosity.scene.model import Camera
 from radiosity.solve.plan import check_fits
 from radiosity.solve.solution import Solution
@@ -21,9 +19,11 @@ from radiosity.transport.sampling import hashed, sobol
 from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT
 from radiosity.view.camera import rays
+from radiosity.view.film import Film
 from radiosity.view.gloss import glossy_radiance
-from radiosity.view.image import Image, exposure_for
-from radiosity.view.smoothing import MIXED, smoothed
+from radiosity.view.image import Image
+from radiosity.view.shading import Shading, auto_exposure, make_shading
+from radiosity.view.smoothing import MIXED
 
 SAMPLES = 128  # rays over a pixel's hemisphere by default
 A_PASS = 8  # of them in one pass
@@ -31,61 +31,6 @@ LIGHT_RAYS = 4  # to each light in one pass
 PIXELS_AT_ONCE = 8192
 BYTES_A_PIXEL = 250  # the film, and the copies that developing it makes
 LAYERS = 16  # unmodelled backs that a sight line passes through
-
-
-@dataclass(frozen=True)
-class Shading:
-    """What `radiance` needs to know of every patch: emission, diffuse reflectance, its lobe."""
-
-    emission: np.ndarray  # (n, 3) W/(m2 sr)
-    diffuse: np.ndarray  # (n, 3)
-    lobe: np.ndarray  # (n,) index into lobes, -1 for none
-    lobes: tuple
-    plane: np.ndarray  # (n,) 2 * face, + 1 for its back
-    plane_diffuse: np.ndarray  # (2 * faces, 3)
-    plane_axes: np.ndarray  # (2 * faces, 2, 3)
-
-
-@dataclass(frozen=True)
-class Film:
-    """Sums over the passes, a pixel each; the arrays are added to in place."""
-
-    width: int
-    height: int
-    total: np.ndarray  # (pixels, 3) radiance
-    indirect: np.ndarray  # (pixels, 3) irradiance that patches cause
-    point: np.ndarray  # (pixels, 3)
-    nearness: np.ndarray  # (pixels,)
-    face: np.ndarray  # (pixels,) face and side all sight lines met, MIXED where several
-
-    @classmethod
-    def blank(cls, width: int, height: int) -> "Film":
-        """Return a film that no light has met."""
-        n = width * height
-        zeros = [np.zeros((n, 3)) for _ in range(3)]
-        return cls(width, height, *zeros, np.zeros(n), np.full(n, MIXED))
-
-    def add(self, pixels, index, plane, points, leaving, indirect, nearness) -> None:
-        """Add what one pass found at some pixels."""
-        self.total[pixels] += leaving
-        self.indirect[pixels] += indirect
-        self.point[pixels] += points
-        self.nearness[pixels] += nearness
-        same = plane if index == 0 else np.where(self.face[pixels] == plane, plane, MIXED)
-        self.face[pixels] = same
-
-    def developed(self, passes: int, shading: Shading) -> np.ndarray:
-        """Return (h, w, 3) mean radiance with its indirect part smoothed."""
-        shape = self.height, self.width
-        noisy = self.indirect.reshape(*shape, 3) / passes
-        face = self.face.reshape(shape)
-        smooth = smoothed(
-            noisy, self.point.reshape(*shape, 3) / passes,
-            self.nearness.reshape(shape) / passes, face, shading.plane_axes,
-        )  # fmt: skip
-        change = shading.plane_diffuse[face] * (smooth - noisy) / np.pi
-        change[face == MIXED] = 0.0
-        return self.total.reshape(*shape, 3) / passes + change
 
 
 def render(
@@ -198,41 +143,6 @@ def picture_size(camera: Camera, size: tuple[int, int] | None) -> tuple[int, int
     needed = BYTES_A_PIXEL * width * height
     check_fits(f"{width} x {height} pixels", needed, None, "use a smaller --size")
     return width, height
-
-
-def make_shading(solution: Solution) -> Shading:
-    """Return the optical properties of every patch's active side."""
-    scene, patches = solution.scene, solution.patches
-    material = scene.faces.material[patches.face]
-    lobes = tuple(m.specular for m in scene.materials)
-    lobe = np.where([s is None for s in lobes], -1, np.arange(len(lobes)))[material]
-    two_sided = np.array([m.two_sided for m in scene.materials])[material]
-    reflects = patches.front | two_sided
-    diffuse = np.array([m.diffuse for m in scene.materials])[material] * reflects[:, None]
-    plane = 2 * patches.face + ~patches.front
-    plane_diffuse = np.zeros((2 * len(scene.faces), 3))
-    plane_diffuse[plane] = diffuse
-    return Shading(
-        solution.emission / np.pi, diffuse, np.where(reflects, lobe, -1), lobes,
-        plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0),
-    )  # fmt: skip
-
-
-def _axes(normals):
-    """Return (f, 2, 3) two unit vectors at right angles to each normal."""
-    other = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    one = np.cross(normals, other)
-    one /= np.linalg.norm(one, axis=1, keepdims=True)
-    return np.stack([one, np.cross(normals, one)], axis=1)
-
-
-def auto_exposure(solution: Solution) -> float:
-    """Return one exposure for all views of a solution, from what its surfaces reflect."""
-    reflected = (solution.radiosity - solution.emission) / np.pi
-    dark = solution.live & ~solution.emission.any(axis=1)
-    if not dark.any():
-        reflected, dark = solution.radiosity / np.pi, solution.live
-    return exposure_for(luminance(np.maximum(reflected[dark], 0)), solution.patches.area[dark])
 
 
 @njit(cache=True, nogil=True)

@@ -26,6 +26,7 @@ from radiosity.view.files import written_whole
 from radiosity.view.image import tone_map
 from radiosity.view.polydata import to_pyvista
 from radiosity.view.progressive import Cover, Job
+from radiosity.view.shading import auto_exposure
 
 if TYPE_CHECKING:
     import pyvista
@@ -238,7 +239,7 @@ class Window:
     def _add_surfaces(self, display):
         """Add the solved patches, seen from their active sides only, and what is behind them."""
         mesh = to_pyvista(self._solution)
-        exposure = gather.auto_exposure(self._solution)
+        exposure = auto_exposure(self._solution)
         mesh.point_data["shown"] = display(mesh.point_data["radiosity_W_m2"] / np.pi, exposure)
         self._surfaces = self.plotter.add_mesh(
             mesh, scalars="shown", rgb=True, lighting=False, culling="back",
