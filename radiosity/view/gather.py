@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numba import njit
 
+from radiosity.light.reflection import lambert
 from radiosity.scene.model import Camera
 from radiosity.solve.plan import check_fits
 from radiosity.solve.solution import Solution
@@ -224,7 +225,7 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     arriving = indirect + direct_irradiance(
         around.visibility, around.lights, points, normals, keys, aims, seed
     )
-    leaving = shading.emission[rows] + shading.diffuse[rows] * arriving / np.pi
+    leaving = shading.emission[rows] + lambert(shading.diffuse[rows]) * arriving
     for which, lobe in enumerate(shading.lobes):
         k = np.flatnonzero(shading.lobe[rows] == which)
         if lobe is not None and len(k):
