@@ -73,7 +73,7 @@ def test_a_block_with_bottom_covers_the_floor_and_is_covered(n):
 def test_each_side_of_a_contact_knows_the_other():
     faces = faces_of(np.concatenate([ROOM, block(LOW, HIGH)]))
     _, _, patches = meshed(faces, 4)
-    behind = patches.behind[patches.covered]
+    behind = patches.behind[patches.covered, 0]
     assert np.array_equal(np.unique(behind[patches.face[patches.covered] == 0]), [6])
     assert np.array_equal(np.unique(behind[patches.face[patches.covered] == 6]), [0])
     assert np.all(patches.behind[~patches.covered] == -1)
@@ -135,3 +135,14 @@ def test_the_order_of_faces_does_not_matter():
     polygons = np.concatenate([ROOM, block(LOW, HIGH)])
     order = np.random.default_rng(0).permutation(len(polygons))
     assert covered_area(polygons[order]) == pytest.approx(covered_area(polygons)[order], abs=1e-14)
+
+
+def test_a_lamp_on_an_inside_out_ceiling_stands_back_to_back_with_it():
+    """Opposite sides of one plane: a block covers a floor; a covered lamp would be of no use."""
+    ceiling, lamp = SQUARE + [0, 0, 1], (0.2 * SQUARE + [0.4, 0.4, 1])[::-1]
+    _, _, patches = meshed(faces_of(np.array([ceiling, lamp])), 3, np.array([False, True]))
+    assert not patches.covered.any()
+    hidden = patches.behind[:, 1]
+    area = np.bincount(patches.face, patches.area * (hidden >= 0))
+    assert area == pytest.approx([0.04, 0.04], rel=1e-12)  # rounding: cuts keep the area
+    assert set(hidden[(patches.face == 0) & (hidden >= 0)]) == {1}

@@ -343,3 +343,17 @@ def test_one_sided_sheets_have_black_backs():
         expected = 0.5 * two_sided * solution.irradiance_on[back]
         assert solution.radiosity[back] == pytest.approx(expected, rel=1e-6)
         assert np.all(solution.irradiance_on[back] > 0)
+
+
+def test_a_room_that_is_inside_out_is_lit_as_it_should():
+    """Walls, ceiling and floor wound the other way round a lamp in the ceiling's plane."""
+    lamp = np.array([[1, 1, 2.5], [1, 2, 2.5], [2, 2, 2.5], [2, 1, 2.5]], float)
+    walls, rho, exitance = box((0, 0, 0), (4, 3, 2.5)), [0.5] * 6 + [0.2], [0.0] * 6 + [10.0]
+    right = solve(scene(np.concatenate([walls, lamp[None]]), rho, exitance), 0.1)
+    turned = solve(scene(np.concatenate([walls[:, ::-1], lamp[None]]), rho, exitance), 0.1)
+    points, normals = [[1, 1, 0], [4, 1.5, 1], [3, 2, 2.5]], [[0, 0, 1], [-1, 0, 0], [0, 0, -1]]
+    expected, _ = right.irradiance(points, normals)
+    found, _ = turned.irradiance(points, normals)
+    assert found == pytest.approx(expected, rel=0.02)  # another mesh, of the accuracy .1
+    assert turned.balance.emitted == pytest.approx(right.balance.emitted, rel=1e-12)
+    assert turned.balance.absorbed == pytest.approx(turned.balance.emitted, rel=0.01)

@@ -53,7 +53,7 @@ def _findings(scene) -> list[str]:
 
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
     contacts = find_contacts(scene.faces, emits).faces
-    covered = sum(bool(c.covers) for c in contacts.values())
+    covered = sum(bool(c.covers or c.hides) for c in contacts.values())
     found = [
         f"contact: {len(contacts)} faces are met by others in their plane, {covered} are covered"
     ]

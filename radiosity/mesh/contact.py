@@ -17,20 +17,23 @@ class FaceContact:
     ----------
     segments : (m, 2, 3) float64
         Lines in the face's plane along which its patches are cut.
-    covers : list of (face index, (3 or 4, 3) polygon)
-        Faces that lie on this one's front and cover it.
+    covers, hides : list of (face index, (3 or 4, 3) polygon)
+        Faces that lie on this one's front and cover it; on its back and hide it.
     normal : (3,) float64
     """
 
     segments: np.ndarray
     covers: list
+    hides: list
     normal: np.ndarray
 
     def behind(self, points: np.ndarray) -> np.ndarray:
-        """Return for points (k, 3) in the face's plane which face covers them, -1 where none."""
-        found = np.full(len(points), -1)
-        for index, polygon in self.covers:
-            found[(found < 0) & _inside(points, polygon, self.normal)] = index
+        """Return (k, 2): which face lies on front and back of points (k, 3), -1 where none."""
+        found = np.full((len(points), 2), -1)
+        for side, faces in enumerate((self.covers, self.hides)):
+            for index, polygon in faces:
+                free = found[:, side] < 0
+                found[free & _inside(points, polygon, self.normal), side] = index
         return found
 
 
@@ -53,8 +56,9 @@ def find_contacts(faces: Faces, emits: np.ndarray) -> Contacts:
     Returns
     -------
     Contacts
-        Of two faces that look at each other in contact both are covered; of two that look the
-        same way the loser.
+        Of two faces that look at each other in contact both fronts are covered; of two that look
+        the same way the loser's. Where one of the first kind emits, they stand back to back
+        instead (a lamp on a ceiling that is turned inside out), and both backs are hidden.
     """
     v = faces.vertices
     low, high = v.min(axis=1), v.max(axis=1)
@@ -75,24 +79,25 @@ def find_contacts(faces: Faces, emits: np.ndarray) -> Contacts:
 def _contact(f, others, height, faces, normals, emits, touch):
     """Return the contact of face f with the others, None where nothing meets its inside."""
     polygon = _corners(faces.vertices[f])
-    segments, covers = [], []
+    segments, covers, hides = [], [], []
     for g, h in zip(others, height, strict=True):
         if g == f:
             continue
         other = faces.vertices[g]
         segments += _clipped(_segments(other, h, touch), polygon, normals[f], touch)
-        if np.all(np.abs(h) <= touch) and _loses(f, g, normals, emits):
-            if _overlap(polygon, _corners(other), normals[f], touch):
+        if np.all(np.abs(h) <= touch) and _overlap(polygon, _corners(other), normals[f], touch):
+            opposed = normals[f] @ normals[g] < 0
+            if opposed and emits[f] != emits[g]:
+                hides.append((int(g), _corners(other)))
+            elif opposed or _loses(f, g, emits):
                 covers.append((int(g), _corners(other)))
-    if not segments and not covers:
+    if not segments and not covers and not hides:
         return None
-    return FaceContact(np.array(segments).reshape(-1, 2, 3), covers, normals[f])
+    return FaceContact(np.array(segments).reshape(-1, 2, 3), covers, hides, normals[f])
 
 
-def _loses(f, g, normals, emits):
-    """Whether face g in the same plane hides the front of face f."""
-    if normals[f] @ normals[g] < 0:
-        return True
+def _loses(f, g, emits):
+    """Whether face g, in the same plane and looking the same way, covers the front of face f."""
     if emits[f] != emits[g]:
         return bool(emits[g])
     return bool(g < f)

@@ -49,10 +49,8 @@ class Patches:
     front : (n,) bool
     back_of : (fronts,) int
         Index of the patch on the other side of a front, -1 where it is not modelled.
-    covered : (fronts,) bool
-        Fronts in contact with another face: no light passes, not part of the solution.
-    behind : (fronts,) int
-        For a covered front the face whose side a ray meets there instead, else -1.
+    behind : (fronts, 2) int
+        The face that lies on a front or on its back and that a ray meets instead, -1 where none.
     grid : Grid
     """
 
@@ -64,7 +62,6 @@ class Patches:
     face: np.ndarray
     front: np.ndarray
     back_of: np.ndarray
-    covered: np.ndarray
     behind: np.ndarray
     grid: Grid
 
@@ -76,6 +73,11 @@ class Patches:
     def fronts(self) -> int:
         """Return how many patches are fronts; they come first."""
         return len(self.back_of)
+
+    @property
+    def covered(self) -> np.ndarray:
+        """Return (fronts,) bool: fronts in contact, not part of the solution."""
+        return self.behind[:, 0] >= 0
 
     def with_backs(self, wanted: np.ndarray) -> "Patches":
         """Return the fronts and, behind each front of the mask ``wanted``, its back."""
@@ -133,7 +135,7 @@ def make_patches(faces: Faces, shape: np.ndarray, contacts: Contacts) -> Patches
         Where faces touch, cross or cover each other.
     """
     cells, face, first = all_cells(faces, shape)
-    vertices, counts, covered, behind = _cut(cells, face, first, contacts)
+    vertices, counts, behind = _cut(cells, face, first, contacts)
     start = np.concatenate([[0], np.cumsum(counts)])
     face = np.repeat(face, counts)
     cross = _vector_area(vertices)
@@ -144,7 +146,7 @@ def make_patches(faces: Faces, shape: np.ndarray, contacts: Contacts) -> Patches
     n = len(area)
     return Patches(
         vertices, normal, area, centroid, radius, face, np.ones(n, bool),
-        np.full(n, NONE), covered, behind, Grid(shape, first, start),
+        np.full(n, NONE), behind, Grid(shape, first, start),
     )  # fmt: skip
 
 
@@ -193,30 +195,27 @@ def _triangle_cells(v: np.ndarray, n: int, _: int) -> np.ndarray:
 
 
 def _cut(cells, face, first, contacts: Contacts):
-    """Cut the cells of faces that have contacts; return patches, counts a cell and cover."""
+    """Cut the cells of faces that have contacts; return patches, how many a cell, `behind`."""
     whole = np.ones(len(cells), int)
     n_faces = len(first)
     if not contacts.faces:
         n = len(cells)
-        return cells, whole, np.zeros(n, bool), np.full(n, NONE)
-    pieces, covered, behind = [], [], []
+        return cells, whole, np.full((n, 2), NONE)
+    pieces, behind = [], []
     ends = np.append(first[1:], len(cells))
     for f in range(n_faces):
         here = cells[first[f] : ends[f]]
         contact = contacts.faces.get(f)
         if contact is None:
             pieces.append(here)
-            covered.append(np.zeros(len(here), bool))
-            behind.append(np.full(len(here), NONE))
+            behind.append(np.full((len(here), 2), NONE))
             continue
         for k, cell in enumerate(here):
             parts = cut_cell(cell, contact.segments)
-            over = contact.behind(centroids(parts))
             whole[first[f] + k] = len(parts)
             pieces.append(parts)
-            covered.append(over >= 0)
-            behind.append(over)
-    return np.concatenate(pieces), whole, np.concatenate(covered), np.concatenate(behind)
+            behind.append(contact.behind(centroids(parts)))
+    return np.concatenate(pieces), whole, np.concatenate(behind)
 
 
 def _vector_area(v: np.ndarray) -> np.ndarray:

@@ -12,14 +12,14 @@ CUT = -2
 
 Table = namedtuple(
     "Table",
-    "origin along across skew face_normal shape first whole start vertices normal face "
-    "covered behind",
+    "origin along across skew face_normal shape first whole start vertices normal face behind",
 )
 Table.__doc__ = """The arrays that `whole_side` and `cut_side` read.
 
 A face's point x has the coordinates s', t' = (x - origin) . (along, across); on a quadrilateral
 s + skew[0] s t = s' and t + skew[1] s t = t' give its bilinear s and t. ``whole`` is the front
-that fills a cell, -1 where the cell is cut or covered. The rest is as in `Patches`, fronts only.
+that fills a cell, -1 where it is cut or another face lies on it. The rest is as in `Patches`,
+fronts only.
 """
 
 
@@ -36,11 +36,11 @@ def make_table(faces: Faces, patches: Patches) -> Table:
     skew[np.abs(skew) < 1e-12] = 0.0
     grid = patches.grid
     only = grid.start[:-1]
-    whole = np.where((np.diff(grid.start) == 1) & ~patches.covered[only], only, -1)
+    bare = np.all(patches.behind < 0, axis=1)
+    whole = np.where((np.diff(grid.start) == 1) & bare[only], only, -1)
     return Table(
         v[:, 0].copy(), along, across, skew, normal, grid.shape, grid.first, whole,
-        grid.start, patches.vertices[:n], patches.normal[:n], patches.face[:n], patches.covered,
-        patches.behind,
+        grid.start, patches.vertices[:n], patches.normal[:n], patches.face[:n], patches.behind,
     )  # fmt: skip
 
 
@@ -137,9 +137,9 @@ def cut_side(table, face, x, d):
     n = table.face_normal[face]
     back = int(d[0] * n[0] + d[1] * n[1] + d[2] * n[2] > 0.0)
     front = _part_of(cell_at(table, face, x, 1), x, table.start, table.vertices, table.normal)
-    if table.covered[front] and not back:
-        other = table.behind[front]
+    other = table.behind[front, back]
+    if other >= 0:
         m = table.face_normal[other]
-        back = int(n[0] * m[0] + n[1] * m[1] + n[2] * m[2] < 0.0)
+        back = int(d[0] * m[0] + d[1] * m[1] + d[2] * m[2] > 0.0)
         front = _part_of(cell_at(table, other, x, 1), x, table.start, table.vertices, table.normal)
     return 2 * front + back

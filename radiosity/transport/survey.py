@@ -50,7 +50,7 @@ def survey(
         Sides that emit; where light enters from outside, every side that sees the outside.
     """
     lit = sources.copy()
-    lit[patches.covered, 0] = False
+    lit[patches.behind >= 0] = False
     open_share = np.full(lit.shape, np.nan)
     views = partial(_look, visibility, table, patches, seed=seed)
     new = np.flatnonzero(lit)
@@ -74,9 +74,7 @@ def _spread(views, new, lit, open_share):
 
 def _small_ones(views, patches, lit):
     """Return dark sides that see a lit one: too small for any ray to have met them."""
-    dark = ~lit
-    dark[patches.covered, 0] = False
-    dark = np.flatnonzero(dark)
+    dark = np.flatnonzero(~lit & (patches.behind < 0))
     sides = views(dark)
     return dark[np.any((sides != MISS) & lit.reshape(-1)[sides], axis=1)]
 
