@@ -357,3 +357,20 @@ def test_a_room_that_is_inside_out_is_lit_as_it_should():
     assert found == pytest.approx(expected, rel=0.02)  # another mesh, of the accuracy .1
     assert turned.balance.emitted == pytest.approx(right.balance.emitted, rel=1e-12)
     assert turned.balance.absorbed == pytest.approx(turned.balance.emitted, rel=0.01)
+
+
+def test_a_small_far_lamp_lights_every_patch_it_sees():
+    """A lamp that no ray from a middle meets: E at the target is L A cos cos'/d^2, pi L = 1."""
+    lamp = 0.1 * (SQUARE[::-1] - [0.5, 0.5, 0]) + [0, 0, 5]
+    target = 0.1 * (SQUARE - [0.5, 0.5, 0])
+    solution = solve(scene(np.array([lamp, target]), 0.5, [1.0, 0]), 0.1)
+    assert solution.live.all()
+    mean = mean_of(solution.irradiance_on[:, 0], solution.patches, 1)
+    assert mean == pytest.approx(0.01 / (np.pi * 25), rel=1e-3)  # (side/distance)^2 = 4e-4
+
+
+def test_a_shining_box_below_the_ceiling_is_covered_where_it_touches():
+    polygons = np.concatenate([box((0, 0, 0), (4, 4, 3)), block((1, 1, 2.8), (2, 2, 3.0))])
+    solution = solve(scene(polygons, 0.5, [0.0] * 6 + [1.0] * 6), 0.2)
+    assert solution.closed
+    assert solution.balance.emitted == pytest.approx(1 + 4 * 0.2, rel=1e-9)  # not its top

@@ -19,8 +19,8 @@ def at_least(least: int):
     """Return a parser of whole numbers that names what was typed."""
 
     def whole(text: str) -> int:
-        if not str(text).isdecimal() or int(text) < least:
-            raise typer.BadParameter(f"{text!r} is not a whole number of at least {least}")
+        if not (str(text).isascii() and str(text).isdecimal() and least <= int(text) < 2**32):
+            raise typer.BadParameter(f"{text!r} is not a whole number from {least} to 4294967295")
         return int(text)
 
     return whole

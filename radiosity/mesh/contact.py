@@ -57,8 +57,8 @@ def find_contacts(faces: Faces, emits: np.ndarray) -> Contacts:
     -------
     Contacts
         Of two faces that look at each other in contact both fronts are covered; of two that look
-        the same way the loser's. Where one of the first kind emits, they stand back to back
-        instead (a lamp on a ceiling that is turned inside out), and both backs are hidden.
+        the same way the loser's. Where one of the first kind emits and is no part of a body, they
+        stand back to back (a lamp on a ceiling turned inside out), and both backs are hidden.
     """
     v = faces.vertices
     low, high = v.min(axis=1), v.max(axis=1)
@@ -87,13 +87,22 @@ def _contact(f, others, height, faces, normals, emits, touch):
         segments += _clipped(_segments(other, h, touch), polygon, normals[f], touch)
         if np.all(np.abs(h) <= touch) and _overlap(polygon, _corners(other), normals[f], touch):
             opposed = normals[f] @ normals[g] < 0
-            if opposed and emits[f] != emits[g]:
+            lamp = f if emits[f] else g
+            if opposed and emits[f] != emits[g] and _stands_alone(lamp, faces, normals, touch):
                 hides.append((int(g), _corners(other)))
             elif opposed or _loses(f, g, emits):
                 covers.append((int(g), _corners(other)))
+    covers.sort(key=lambda cover: (not emits[cover[0]], cover[0]))  # the winner of several
     if not segments and not covers and not hides:
         return None
     return FaceContact(np.array(segments).reshape(-1, 2, 3), covers, hides, normals[f])
+
+
+def _stands_alone(f, faces, normals, touch):
+    """Whether no face of another plane shares two corners with face f, as in a body or a room."""
+    distance = np.linalg.norm(faces.vertices[:, :, None] - faces.vertices[f], axis=3)
+    shared = np.sum(distance.min(axis=2) <= touch, axis=1)
+    return not np.any((shared >= 2) & (np.abs(normals @ normals[f]) < 1 - 1e-6))
 
 
 def _loses(f, g, emits):

@@ -78,7 +78,7 @@ def _shape(faces, mesh, wanted):
         return divisions(faces, np.sqrt(faces.areas().sum() / wanted))
     if mesh == "input":
         count = 1
-    elif mesh.isdigit() and 0 < int(mesh) <= 1024:
+    elif mesh.isascii() and mesh.isdigit() and 0 < int(mesh) <= 1024:
         count = int(mesh)
     else:
         raise ValueError(f"mesh = {mesh!r} must be auto, input or a number from 1 to 1024")
@@ -87,7 +87,7 @@ def _shape(faces, mesh, wanted):
 
 def memory_needed(patches: int) -> int:
     """Return the bytes that a dense solution of so many patches takes at its peak."""
-    return 8 * patches**2 + 24 * patches**2 // 2
+    return 36 * patches**2  # measured: 35 with the direct solver, 22 with the others
 
 
 def check_memory(patches: int, limit: float | None) -> None:

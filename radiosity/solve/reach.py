@@ -7,6 +7,7 @@ import numpy as np
 from radiosity.mesh.contact import find_contacts
 from radiosity.mesh.patches import Patches, make_patches
 from radiosity.scene.model import Scene
+from radiosity.solve.system import area_lights
 from radiosity.transport.lookup import Table, make_table
 from radiosity.transport.survey import sides_that_see_out, survey
 from radiosity.transport.visibility import Visibility
@@ -48,7 +49,7 @@ def find_reach(scene: Scene, shape: np.ndarray, seed: int) -> Reach:
     sources[:, 0] = emits[cells.face]
     if scene.ambient.any():
         sources |= sides_that_see_out(visibility, table, cells, seed)
-    reached = survey(visibility, table, cells, sources, seed)
+    reached = survey(visibility, table, cells, sources, area_lights(scene), seed)
     front, back = reached.lit.T
     patches = cells.with_backs(back)
     live = np.concatenate([front, back[back]])

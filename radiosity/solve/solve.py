@@ -5,7 +5,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from radiosity.scene.model import Scene, SceneError
-from radiosity.solve.methods import SOLVERS, contraction
+from radiosity.solve.methods import SOLVERS, NotConverged, contraction
 from radiosity.solve.plan import check_memory, make_plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.solution import Balance, Solution
@@ -14,7 +14,7 @@ from radiosity.solve.system import make_terms
 from radiosity.transport.factors import form_factors
 from radiosity.transport.threads import Progress, silent
 
-STIFF = 0.999  # above this contraction an iteration would crawl: solve directly
+STIFF = 0.98  # above this contraction an iteration would crawl: solve directly
 
 
 def solve(
@@ -70,9 +70,12 @@ def solve(
         factors, terms.reflectance, terms.emission + terms.reflectance * entering, plan.tolerance
     )
     irradiance = factors @ b + entering
+    balance = _balance(scene, reach, terms, irradiance, b)
+    if not history[-1] <= accuracy and not balance.defect <= accuracy:
+        raise NotConverged(f"{solver}, on form factors that create light,", history, accuracy)
     return Solution(
         scene, patches, live, terms.reflectance, terms.emission, irradiance, b,
-        _balance(scene, reach, terms, irradiance, b), history, solver, plan, seed,
+        balance, history, solver, plan, seed,
         reach.closed, make_surroundings(scene, reach, terms, factors, b, seed),
     )  # fmt: skip
 

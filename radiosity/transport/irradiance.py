@@ -153,10 +153,9 @@ def direct_irradiance(
     """
     factors = np.empty((len(points), len(lights.polygons)))
     _point_factors(points, normals, lights.polygons, factors)
-    if not visibility.convex:
-        pairs = np.argwhere(factors)
-        here = np.repeat(points[:, None], 4, axis=1), normals
-        there = lights.polygons, lights.normals
-        share = seen_share(visibility, pairs, here, there, keys, samples, seed)
-        factors[pairs[:, 0], pairs[:, 1]] *= share
+    pairs = np.argwhere(factors)
+    here = np.repeat(points[:, None], 4, axis=1), normals
+    there = lights.polygons, lights.normals
+    share = seen_share(visibility, pairs, here, there, keys, samples, seed)
+    factors[pairs[:, 0], pairs[:, 1]] *= share
     return factors @ lights.exitance

@@ -39,12 +39,13 @@ def _aim(pairs, p, np_, q, nq, keys, first, count, seed, centre, scale, lift, st
 @njit(cache=True, nogil=True)
 def _shares(blocked, weight, count, share):
     for m in range(len(share)):
-        seen = total = 0.0
+        seen = total = free = 0.0
         for r in range(m * count, (m + 1) * count):
             total += weight[r]
             if not blocked[r]:
                 seen += weight[r]
-        share[m] = seen / total if total > 0.0 else 1.0
+                free += 1.0
+        share[m] = seen / total if total > 0.0 else free / count
 
 
 def seen_share(

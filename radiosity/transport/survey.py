@@ -7,12 +7,14 @@ import numpy as np
 
 from radiosity.mesh.patches import Patches
 from radiosity.transport.hemisphere import MISS, look_out
+from radiosity.transport.irradiance import AreaLights, direct_irradiance
 from radiosity.transport.lookup import Table
 from radiosity.transport.threads import over_ranges
 from radiosity.transport.visibility import Visibility
 
 RAYS = 256
 CHUNK = 256
+AIMED = 8  # rays to each light
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,12 @@ class Survey:
 
 
 def survey(
-    visibility: Visibility, table: Table, patches: Patches, sources: np.ndarray, seed: int = 0
+    visibility: Visibility,
+    table: Table,
+    patches: Patches,
+    sources: np.ndarray,
+    lights: AreaLights | None = None,
+    seed: int = 0,
 ) -> Survey:
     """Follow light from the sides that send it out to every side it can reach.
 
@@ -48,11 +55,15 @@ def survey(
         Fronts only.
     sources : (fronts, 2) bool
         Sides that emit; where light enters from outside, every side that sees the outside.
+    lights : AreaLights, optional
+        Aimed at one by one, since they may be too small or too far for any ray to meet.
     """
     lit = sources.copy()
     lit[patches.behind >= 0] = False
     open_share = np.full(lit.shape, np.nan)
     views = partial(_look, visibility, table, patches, seed=seed)
+    if lights is not None:
+        lit |= _lit_directly(visibility, patches, lights, seed) & (patches.behind < 0)
     new = np.flatnonzero(lit)
     while len(new):
         _spread(views, new, lit.reshape(-1), open_share.reshape(-1))
@@ -70,6 +81,23 @@ def _spread(views, new, lit, open_share):
         met = met[met != MISS]
         new = met[~lit[met]]
         lit[new] = True
+
+
+def _lit_directly(visibility, patches, lights, seed):
+    """Return (fronts, 2) bool: sides whose middle sees some part of a light."""
+    points, keys = patches.centroid, np.arange(patches.fronts)
+    lit = np.zeros((patches.fronts, 2), bool)
+
+    def work(a, b):
+        for side, sign in enumerate((1, -1)):
+            facing = sign * patches.normal[a:b]
+            arriving = direct_irradiance(
+                visibility, lights, points[a:b], facing, keys[a:b], range(AIMED), seed
+            )
+            lit[a:b, side] = np.any(arriving > 0, axis=1)
+
+    over_ranges(work, patches.fronts, CHUNK)
+    return lit
 
 
 def _small_ones(views, patches, lit):

@@ -119,6 +119,8 @@ def find_camera(scene, camera: Camera | str | None) -> Camera:
     """Return a camera of the scene by name, the first where none is named."""
     if isinstance(camera, Camera):
         return camera
+    if camera is None and not scene.cameras:
+        raise ValueError("the scene has no camera: give one to look from")
     if camera is None:
         return next(iter(scene.cameras.values()))
     if camera not in scene.cameras:

@@ -113,7 +113,7 @@ def _blocked(around, points, normals, there, facing, wanted):
     visibility = around.visibility
     blocked = np.zeros(wanted.shape, bool)
     p, k = np.nonzero(wanted)
-    if visibility.convex or not len(p):
+    if not len(p):
         return blocked
     start = (points[p] - visibility.centre) * visibility.scale + LIFT * normals[p]
     end = (there[p, k] - visibility.centre) * visibility.scale + LIFT * facing
