@@ -26,6 +26,7 @@ _HOMES = {
     "Scene": "radiosity.scene.model",
     "SceneError": "radiosity.scene.model",
     "Solution": "radiosity.solve.solution",
+    "form_factors": "radiosity.solve.matrix",
     "load": "radiosity.scene.files",
     "plot": "radiosity.view.window",
     "render": "radiosity.view.gather",
@@ -35,7 +36,7 @@ _HOMES = {
 }
 __all__ = [
     "Camera", "Image", "Material", "NotConverged", "Refused", "Scene", "SceneError", "Solution",
-    "load", "plot", "render", "save", "solve", "to_pyvista", "write",
+    "form_factors", "load", "plot", "render", "save", "solve", "to_pyvista", "write",
 ]  # fmt: skip
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scenes_for_tests import SQUARE, block, box, faces_of, meshed, rotation
 
+from radiosity.mesh import contact as module
 from radiosity.mesh.contact import find_contacts
 
 ROOM = box((0, 0, 0), (1, 1, 1))
@@ -22,6 +23,80 @@ def covered_area(polygons, n=3, emits=()):
     areas = np.bincount(patches.face, patches.area, len(faces))
     assert areas == pytest.approx(faces.areas(), rel=1e-12)  # rounding: cuts keep the area
     return np.bincount(patches.face, patches.area * patches.covered, len(faces))
+
+
+def pairwise(faces, emits):
+    """Return what `find_contacts` does, by looking at every pair of faces: its plain twin."""
+    v, normals, found = faces.vertices, faces.normals(), {}
+    low, high = v.min(axis=1), v.max(axis=1)
+    touch = module.TOUCH * np.linalg.norm(high.max(axis=0) - low.min(axis=0))
+    for f in range(len(v)):
+        near = np.all(low <= high[f] + touch, axis=1) & np.all(high >= low[f] - touch, axis=1)
+        others = np.delete(np.flatnonzero(near), np.count_nonzero(near[:f]))
+        height = (v[others] - v[f, 0]) @ normals[f]
+        meets = (height.min(axis=1) <= touch) & (height.max(axis=1) >= -touch)
+        one = module._contact(f, others[meets], height[meets], faces, normals, emits, touch)
+        if one is not None:
+            found[f] = one
+    return found
+
+
+def divided(polygons, n):
+    """Return quadrilaterals (f, 4, 3) as n x n each."""
+    t = np.linspace(0, 1, n + 1)
+    corner = [t[:-1], t[1:], t[1:], t[:-1]]
+    a = np.stack([np.repeat(x, n) for x in corner], axis=1)
+    b = np.stack([np.tile(x, n) for x in np.roll(corner, 1, axis=0)], axis=1)
+    weight = np.stack([(1 - a) * (1 - b), a * (1 - b), a * b, (1 - a) * b], axis=2)
+    return np.einsum("ckw,fwx->fckx", weight, polygons).reshape(-1, 4, 3)
+
+
+def crowded(rng):
+    """Return a scene of everything that touches: meshed rooms, blocks, sheets and triangles."""
+    turn = rotation(rng) if rng.random() < 0.5 else np.eye(3)
+    flip = slice(None, None, rng.choice([-1, 1]))
+    parts = [divided(ROOM[:, flip], rng.integers(1, 5))]
+    for _ in range(rng.integers(1, 4)):
+        low = rng.integers(0, 4, 3) / 5 * [1, 1, rng.integers(0, 2)]
+        high = low + rng.integers(1, 3, 3) / 5
+        parts.append(divided(block(low, high, bottom=rng.random() < 0.5), rng.integers(1, 4)))
+    angle = rng.uniform(0, np.pi)
+    tilt = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0]])
+    lamp = 0.4 * (SQUARE[:, :2] - 0.5) @ tilt + [0.5, 0.5, rng.integers(0, 2)]
+    parts.append(divided(lamp[None, :: rng.choice([-1, 1])], rng.integers(1, 4)))
+    parts.append(rng.random((6, 4, 3))[:, [0, 1, 2, 2]])
+    polygons = np.concatenate(parts)
+    order = rng.permutation(len(polygons))
+    return faces_of((polygons @ turn.T)[order]), (rng.random(len(polygons)) < 0.2)[order]
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("chunk", [7, module.CHUNK])
+def test_contacts_are_those_of_every_pair(seed, chunk, monkeypatch):
+    monkeypatch.setattr(module, "CHUNK", chunk)
+    faces, emits = crowded(np.random.default_rng(seed))
+    found, expected = find_contacts(faces, emits).faces, pairwise(faces, emits)
+    assert list(found) == list(expected) and len(found) > 5
+    for f, one in found.items():
+        other = expected[f]
+        # rounding: heights of several vertices at once may be summed in another order
+        np.testing.assert_allclose(one.segments, other.segments, rtol=0, atol=1e-12)
+        for mine, twin in ((one.covers, other.covers), (one.hides, other.hides)):
+            assert [g for g, _ in mine] == [g for g, _ in twin]
+            assert all(np.array_equal(p, q) for (_, p), (_, q) in zip(mine, twin, strict=True))
+
+
+def test_few_pairs_of_a_fine_mesh_are_looked_at_one_by_one(monkeypatch):
+    calls = []
+    plain = module._contact
+    monkeypatch.setattr(module, "_contact", lambda *a: calls.append(len(a[1])) or plain(*a))
+    assert find_contacts(faces_of(divided(ROOM, 12)), np.zeros(864, bool)).faces == {}
+    wedge = np.array(
+        [SQUARE, SQUARE[[1, 0, 3, 2]] * [1, 0.8, 0] + SQUARE[[1, 0, 3, 2]][:, [2, 2, 1]]]
+    )
+    assert find_contacts(faces_of(divided(wedge, 12)), np.zeros(288, bool)).faces == {}
+    assert sum(calls) == 0
+    assert find_contacts(faces_of(np.empty((0, 4, 3))), np.zeros(0, bool)).faces == {}
 
 
 def test_faces_that_meet_at_edges_or_not_at_all_have_no_contact():
@@ -68,6 +143,12 @@ def test_a_block_with_bottom_covers_the_floor_and_is_covered(n):
     area = covered_area(polygons, n)
     assert area[[0, 6]] == pytest.approx([0.16, 0.16], rel=1e-12)  # rounding
     assert np.delete(area, [0, 6]).max() == 0.0
+
+
+def test_a_shining_block_covers_the_floor():
+    """Unlike a lamp that stands alone, a body has an inside that its back looks at."""
+    area = covered_area(np.concatenate([ROOM, block(LOW, HIGH)]), emits=range(6, 12))
+    assert area[[0, 6]] == pytest.approx([0.16, 0.16], rel=1e-12)  # rounding
 
 
 def test_each_side_of_a_contact_knows_the_other():

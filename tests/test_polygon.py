@@ -1,11 +1,11 @@
-"""Point factors and exchange areas: tabulated cases, plain twins, invariances, closure."""
+"""Polygons seen from points, clipped, measured: tabulated cases, plain twins, closure."""
 
 import numpy as np
 import pytest
-from scenes_for_tests import SQUARE, box, rotation, tetrahedron
+from scenes_for_tests import SQUARE, box, rotation
 
-from radiosity.analytic import box_form_factors, load_cases, parallel_rectangles
-from radiosity.transport.polygon import GAUSS, exchange_area, point_factor
+from radiosity.analytic import load_cases
+from radiosity.transport.polygon import bilinear, clip, heights, point_factor
 
 
 def four(vertices):
@@ -27,14 +27,6 @@ def parts(polygon):
     radius = np.linalg.norm(polygon - centre, axis=1).max()
     polygon = np.ascontiguousarray(polygon)  # one compiled signature
     return (polygon, vector / area, centre, radius), area
-
-
-def exchange(p, q):
-    return exchange_area(*parts(p)[0], *parts(q)[0], GAUSS)
-
-
-def factor(p, q):
-    return exchange(p, q) / parts(p)[1]
 
 
 def lambert(point, normal, polygon):
@@ -84,38 +76,14 @@ def plain_point_factor(points, normal, polygon, order=24):
     return np.array(found)
 
 
-def plain_exchange(p, q):
-    """Both areas clipped at each other's plane, the outer one by Gauss points as well."""
-    (_, np_, _, _), (_, nq, _, _) = parts(p)[0], parts(q)[0]
-    front = clipped(p, q[0], nq)
-    if len(front) < 3:
-        return 0.0
-    y, w = quadrature(front, 10)
-    return w @ plain_point_factor(y, np_, q, 14)
-
-
-def random_polygon(rng, centre=(0, 0, 0), size=1.0):
-    """A random triangle or convex planar quadrilateral."""
+def random_polygon(rng, turn=None, size=1.0):
+    """A random triangle or convex planar quadrilateral, turned at random unless told how."""
     angle = np.sort(rng.uniform(0, 2 * np.pi, 4))
     while np.diff(np.append(angle, angle[0] + 2 * np.pi)).max() > 2.8 or np.diff(angle).min() < 0.3:
         angle = np.sort(rng.uniform(0, 2 * np.pi, 4))
     flat = size * np.stack([np.cos(angle), rng.uniform(0.3, 1) * np.sin(angle), 0 * angle], axis=1)
-    polygon = flat @ rotation(rng).T + centre
+    polygon = flat @ (rotation(rng) if turn is None else turn).T
     return polygon if rng.random() < 0.6 else polygon[[0, 1, 2, 2]]
-
-
-def pairs_apart(seed, count, nearest, farthest):
-    """Pairs of random polygons whose circles are nearest to farthest radii apart."""
-    rng = np.random.default_rng(seed)
-    for _ in range(count):
-        p = random_polygon(rng, size=rng.uniform(0.2, 1))
-        away = rotation(rng)[0]
-        q = random_polygon(rng, size=rng.uniform(0.2, 1))
-        if rng.random() < 0.8:  # most of them face each other
-            p = p if parts(p)[0][1] @ away > 0 else reversed_(p)
-            q = q if parts(q)[0][1] @ away < 0 else reversed_(q)
-        reach = parts(p)[0][3] + parts(q)[0][3]
-        yield p, q + away * reach * rng.uniform(nearest, farthest)
 
 
 # ---------------------------------------------------------------------- from a point
@@ -168,145 +136,84 @@ def test_a_point_inside_a_box_sees_nothing_else():
         assert total == pytest.approx(1.0, abs=1e-13)  # rounding of 24 arctangents
 
 
-# ---------------------------------------------------------------------- between polygons
-
-PAIRS = [
-    case
-    for case in load_cases("vf_polygon_pairs")
-    if max(len(case["geometry"][k]) for k in ("A1", "A2")) <= 4
-]
-# relative error reached, where it is not below 2e-9
-REACHED = {
-    "strip_parallel_L100_w1_d1": 1.5e-5,  # 16 points a piece on edges 100 gaps long
-    "strip_perp_L100_w1_h1": 6e-6,
-    "C11_1.0x1.0_h0.1": 6e-8,  # edges 10 gaps long
-    "C14_l3.0_w0.5_h2.0": 6e-8,
-    "C11_1.0x1.0_h10.0": 3e-9,  # 3 x 3 Gauss points beyond 6 radii
-}
+@pytest.mark.parametrize("count", [3, 4, 5, 6, 9])
+def test_point_factor_takes_any_number_of_corners(count):
+    rng = np.random.default_rng(count)
+    for _ in range(20):
+        angle = 2 * np.pi * (np.arange(count) + 0.8 * rng.random(count)) / count
+        flat = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+        polygon, normal = flat @ rotation(rng).T, rotation(rng)[0]
+        point = 1.5 * rotation(rng)[0]
+        fan = [polygon[[0, k, k + 1, k + 1]] for k in range(1, count - 1)]
+        expected = sum(lambert(point, normal, triangle) for triangle in fan)
+        # 1e-15: the inner edges of the fan cancel; reached is 1e-16
+        assert lambert(point, normal, polygon) == pytest.approx(expected, abs=1e-15)
 
 
-@pytest.mark.parametrize("case", PAIRS, ids=lambda c: c["id"])
-def test_exchange_of_tabulated_pairs(case):
-    g = case["geometry"]
-    found = factor(four(g["A1"]), four(g["A2"]))
-    assert found == pytest.approx(case["value"], rel=REACHED.get(case["id"], 2e-9))
+def test_point_factor_is_that_of_a_small_far_polygon():
+    """F = A cos cos' / (pi r^2), wrong by the square of size over distance."""
+    small, normal = 1e-3 * (SQUARE - [0.5, 0.5, 0]), np.array([0.6, 0.0, 0.8])
+    point = np.array([0.0, 0.0, 2.0])
+    found = lambert(point, -normal, small)
+    # 1e-6: the square of 1e-3 over 2, times a few; reached is 4e-7
+    assert found == pytest.approx(1e-6 * 0.8 / (np.pi * 4), rel=1e-6, abs=0)
 
 
-def test_cases_are_all_there():
-    assert len(PAIRS) == 30 and REACHED.keys() <= {c["id"] for c in PAIRS}
+# ---------------------------------------------------------------------- measured and clipped
 
 
-def errors_against_twin(nearest, farthest, count=12):
-    """Error over the smaller area, the mean of F and the number of pairs that see each other."""
-    worst, relative, seen = 0.0, [], 0
-    for p, q in pairs_apart(3, count, nearest, farthest):
-        found, expected = exchange(p, q), plain_exchange(p, q)
-        assert (found > 0) == (expected > 0)
-        seen += expected > 0
-        worst = max(worst, abs(found - expected) / min(parts(p)[1], parts(q)[1]))
-        if expected:
-            relative.append(abs(found / expected - 1))
-    return worst, np.median(relative), seen
+def test_heights_are_those_of_the_vertices():
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        polygon, point, normal = random_polygon(rng), rng.normal(size=3), rotation(rng)[0]
+        expected = (polygon - point) @ normal
+        low, high = heights(polygon, point, normal)
+        # 1e-15: three products of numbers below 3
+        assert [low, high] == pytest.approx([expected.min(), expected.max()], abs=1e-15)
 
 
-@pytest.mark.parametrize(
-    "nearest, farthest, tolerance",
-    [
-        (1.05, 1.49, 1e-10),  # 16 graded points a contour edge against 10 x 14; reached 6e-12
-        (1.51, 2.4, 1e-10),  # 6 x 6 Gauss points; reached 2e-11
-        (2.5, 5.9, 1e-10),  # 4 x 4 Gauss points; reached 2e-12
-        (6.1, 12.0, 1e-10),  # 3 x 3 Gauss points; reached 2e-12
-    ],
-)
-def test_exchange_agrees_with_its_plain_twin(nearest, farthest, tolerance):
-    worst, typical, seen = errors_against_twin(nearest, farthest)
-    assert seen > 7 and worst < tolerance
-    assert typical < 1e-8  # half of the factors, relative to themselves; reached 7e-10
+def test_clip_agrees_with_its_plain_twin():
+    rng, cut = np.random.default_rng(4), 0
+    out = np.empty((12, 3))
+    for _ in range(200):
+        polygon, normal = random_polygon(rng), rotation(rng)[0]
+        point = 0.5 * rng.normal(size=3)
+        count = clip(polygon, point, normal, 0.0, out)
+        expected = clipped(polygon, point, normal)
+        cut += 0 < len(expected) and not np.array_equal(expected, polygon)
+        assert count == len(expected)
+        # 1e-15: one division; reached is 1e-16
+        assert out[:count] == pytest.approx(expected, abs=1e-15)
+    assert cut > 60
 
 
-def test_far_pairs_converge_with_distance():
-    """The far rule of m x m Gauss points errs by (size/distance)^2m, relative to the factor."""
-    points, errors, distance = len(GAUSS[0][0]), [], np.array([9.0, 13.5, 20.25])
-    for d in distance:
-        q = reversed_(SQUARE) + [0.3, 0.2, d]
-        errors.append(abs(exchange(SQUARE, q) / plain_exchange(SQUARE, q) - 1))
-    orders = np.log(np.array(errors[:-1]) / errors[1:]) / np.log(1.5)
-    assert errors[0] < 1e-8  # reached 5e-9
-    assert orders == pytest.approx(2 * points, abs=0.4)  # the next term: (size/distance)^2
+def test_clip_leaves_what_lies_in_the_plane_within_the_tolerance():
+    out, up = np.empty((12, 3)), np.array([0.0, 0.0, 1.0])
+    tilted = SQUARE + [[0, 0, 0.5], [0, 0, 0.5], [0, 0, -1e-9], [0, 0, 1e-9]]
+    assert clip(tilted, np.zeros(3), up, 1e-8, out) == 4
+    assert np.array_equal(out[:4], tilted)
+    assert clip(tilted, np.zeros(3), up, 1e-10, out) == 5
+    assert clip(tilted - [0, 0, 2.0], np.zeros(3), up, 1e-8, out) == 0
+    # on its own storage, as a front is clipped a second time
+    room = np.empty((12, 3))
+    room[:4] = tilted
+    assert clip(room[:4], np.zeros(3), -up, 1e-10, out) == 3
 
 
-def test_exchange_is_symmetric():
-    for nearest, farthest in ((1.05, 1.5), (1.5, 4.0), (4.0, 10.0)):
-        for p, q in pairs_apart(4, 40, nearest, farthest):
-            # each direction has the accuracy of its rule, since the roles are swapped
-            assert exchange(p, q) == pytest.approx(exchange(q, p), rel=1e-7, abs=1e-9)
-
-
-def test_exchange_does_not_depend_on_where_and_how_large():
-    rng = np.random.default_rng(5)
-    for p, q in pairs_apart(5, 40, 1.05, 6.0):
-        turn, shift, size = rotation(rng), rng.normal(size=3), 10 ** rng.uniform(-6, 6)
-        moved = [size * (x @ turn.T + shift) for x in (p, q)]
-        # 1e-11 of the area: rounding of vertices a few sizes from the origin, through a logarithm
-        tolerance = 1e-11 * parts(p)[1]
-        assert exchange(*moved) / size**2 == pytest.approx(exchange(p, q), abs=tolerance)
-
-
-def test_exchange_does_not_depend_on_the_first_vertex():
-    for p, q in pairs_apart(6, 40, 1.05, 6.0):
-        if np.array_equal(p[2], p[3]):
-            continue
-        turned = [exchange(np.roll(p, k, axis=0).copy(), q) for k in (1, 2, 3)]
-        assert turned == pytest.approx([exchange(p, q)] * 3, rel=1e-5, abs=1e-9)  # the rule's own
-
-
-def test_a_triangle_is_half_of_its_square():
-    one, two = SQUARE[[0, 1, 2, 2]], SQUARE[[0, 2, 3, 3]]
-    above = reversed_(SQUARE) + [0.2, -0.1, 0.9]
-    # 1e-8: 16 graded points an edge
-    together = exchange(one, above) + exchange(two, above)
-    assert together == pytest.approx(exchange(SQUARE, above), rel=1e-8)
-
-
-@pytest.mark.parametrize("n", [2, 3, 4])
-def test_exchange_adds_up_under_subdivision(n):
-    """Both squares in n x n cells: touching, near and far pairs together give C-11 and C-14."""
-    x = np.linspace(0, 1, n + 1)
-    cells = [
-        np.array([[a, c, 0], [b, c, 0], [b, d, 0], [a, d, 0]])
-        for a, b in zip(x[:-1], x[1:], strict=True)
-        for c, d in zip(x[:-1], x[1:], strict=True)
-    ]
-    opposite = [reversed_(c) + [0, 0, 1] for c in cells]
-    beside = [reversed_(c)[:, [2, 1, 0]] for c in cells]  # x = 0
-    found = sum(exchange(a, b) for a in cells for b in opposite)
-    assert found == pytest.approx(parallel_rectangles(1, 1, 1), rel=1e-6)  # 4 x 4 and 2 x 2 rules
-    found = sum(exchange(a, b) for a in cells for b in beside)
-    assert found == pytest.approx(0.20004377607540316, rel=1e-6)  # C-14 of three unit edges
-
-
-def test_backs_exchange_nothing():
-    above = reversed_(SQUARE) + [0, 0, 1.0]
-    assert exchange(SQUARE, above) > 0.19
-    assert exchange(SQUARE, reversed_(above)) == 0.0
-    assert exchange(reversed_(SQUARE), above) == 0.0
-    assert exchange(SQUARE, SQUARE + [3.0, 0, 0]) == 0.0  # one plane
-    assert exchange(SQUARE, SQUARE) == 0.0
-
-
-def test_a_straddling_polygon_counts_what_stands_above():
-    wall = four([[2, 0, -1], [2, 0, 1], [2, 1, 1], [2, 1, -1]])
-    upper = np.maximum(wall, [0, 0, 0])
-    assert exchange(SQUARE, wall) == pytest.approx(exchange(SQUARE, upper), rel=1e-6)  # two rules
-
-
-def test_boxes_and_tetrahedra_close():
-    for dims in ((1, 1, 1), (4, 3, 2.5), (1, 10, 3)):
-        room = box((0, 0, 0), dims)
-        found = np.array([[factor(p, q) for q in room] for p in room])
-        # 1e-6: the contour rule at edges ten times as long as the gap
-        assert found == pytest.approx(box_form_factors(dims), abs=1e-6)
-        assert found.sum(axis=1) == pytest.approx(np.ones(6), abs=1e-6)
-    walls = tetrahedron()
-    found = np.array([[factor(p, q) for q in walls] for p in walls])
-    assert found == pytest.approx((1 - np.eye(4)) / 3, abs=1e-9)  # reached 6e-11
+def test_bilinear_meets_corners_and_keeps_the_area():
+    rng, x = np.random.default_rng(5), np.empty(3)
+    nodes, weights = np.polynomial.legendre.leggauss(2)
+    nodes, weights = (nodes + 1) / 2, weights / 2
+    for _ in range(30):
+        polygon = random_polygon(rng)
+        for k, (s, t) in enumerate([(0, 0), (1, 0), (1, 1), (0, 1)]):
+            bilinear(polygon, float(s), float(t), x)
+            assert np.array_equal(x, polygon[k])
+        total, moment = 0.0, np.zeros(3)
+        for s, u in zip(nodes, weights, strict=True):
+            for t, v in zip(nodes, weights, strict=True):
+                stretch = bilinear(polygon, s, t, x)
+                total, moment = total + u * v * stretch, moment + u * v * stretch * x
+        (_, _, centre, _), area = parts(polygon)
+        assert total == pytest.approx(area, rel=1e-14)  # the stretch is linear in s and t
+        assert moment / total == pytest.approx(centre, abs=1e-14)  # and cubic with x: still exact

@@ -6,6 +6,7 @@ import sys
 
 import typer
 
+from radiosity.cli.formfactors import formfactors
 from radiosity.cli.info import info
 from radiosity.cli.probe import probe
 from radiosity.cli.render import render
@@ -22,7 +23,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (view, solve, render, probe, verify, info):
+for verb in (view, solve, render, probe, formfactors, verify, info):
     app.command()(verb)
 
 
@@ -45,13 +46,17 @@ def run() -> None:
     except MemoryError:
         _stop("out of memory: use a larger --accuracy or a coarser --mesh", 3)
     except RuntimeError as error:
-        from radiosity.solve.methods import NotConverged
         from radiosity.solve.plan import Refused
 
         if isinstance(error, Refused):
             _stop(str(error), 3)
+        from radiosity.solve.methods import NotConverged  # numba takes a second
+        from radiosity.transport.closure import NotClosable
+
         if isinstance(error, NotConverged):
             _stop(str(error), 1)
+        if isinstance(error, NotClosable):
+            _stop(f"{error}; radiosity formfactors --raw writes them as they are", 1)
         raise
 
 

@@ -72,6 +72,7 @@ Threads = Annotated[
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no remarks on stderr.")]
+Json = Annotated[bool, typer.Option("--json", help="One machine-readable object on stdout.")]
 CameraName = Annotated[
     str | None, typer.Option("--camera", metavar="NAME", help="The scene's first by default.")
 ]

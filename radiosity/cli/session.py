@@ -25,7 +25,9 @@ def load_scene(path: str, mesh: str, ambient: float, quiet: bool):
     return replace(scene, ambient=np.full(3, float(ambient))) if ambient else scene
 
 
-def solve_scene(scene, accuracy, mesh, solver, seed, memory, threads, quiet, progress):
+def solve_scene(
+    scene, accuracy, mesh, solver, seed, memory, threads, quiet, progress, factors=None
+):
     """Solve a scene and remark on the result in one line."""
     import time
 
@@ -35,7 +37,7 @@ def solve_scene(scene, accuracy, mesh, solver, seed, memory, threads, quiet, pro
     begun = time.perf_counter()
     solution = solve(
         scene, accuracy, mesh=mesh, solver=solver, seed=seed,
-        memory=parse_memory(memory), progress=progress,
+        memory=parse_memory(memory), progress=progress, factors=factors,
     )  # fmt: skip
     seconds = time.perf_counter() - begun
     if solution.solver != solver:

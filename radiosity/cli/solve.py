@@ -15,6 +15,14 @@ def solve(
         str | None,
         typer.Option("-o", "--output", help="Save to .vtp (ParaView), .csv or .npz."),
     ] = None,
+    factors: Annotated[
+        str | None,
+        typer.Option(
+            "--factors",
+            metavar="F.npz",
+            help="Reuse what formfactors SCENE wrote, with the same --mesh and --accuracy.",
+        ),
+    ] = None,
     accuracy: o.Accuracy = 0.02,
     mesh: o.Mesh = "auto",
     solver: o.Solver = "gauss-seidel",
@@ -34,10 +42,11 @@ def solve(
     if output:
         check_suffix(output)
         check_place(output)
+    saved = _load(factors)
     model = load_scene(scene, mesh, ambient, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(
-            model, accuracy, mesh, solver, seed, memory, threads, quiet, progress
+            model, accuracy, mesh, solver, seed, memory, threads, quiet, progress, saved
         )
     print(summary(solution))
     if output:
@@ -47,6 +56,15 @@ def solve(
     if error is not None:
         bound = model.truth.relative_tolerance
         print(f"truth: relative error {error:.2e}, stated {bound:g} on mesh {model.truth.mesh}")
+
+
+def _load(path):
+    """Return the factors of a file, or None where none is named."""
+    if path is None:
+        return None
+    from radiosity.transport.store import load_factors
+
+    return load_factors(path)
 
 
 def summary(solution) -> str:

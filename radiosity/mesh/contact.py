@@ -7,6 +7,8 @@ import numpy as np
 from radiosity.mesh.faces import Faces
 
 TOUCH = 1e-6  # distance that counts as contact, as a share of the scene's size
+CAUTION = 1e-3  # share of that distance by which sums in another order cannot differ
+CHUNK = 1 << 16  # pairs of faces or boxes compared at once
 
 
 @dataclass(frozen=True)
@@ -62,29 +64,145 @@ def find_contacts(faces: Faces, emits: np.ndarray) -> Contacts:
     """
     v = faces.vertices
     low, high = v.min(axis=1), v.max(axis=1)
-    touch = TOUCH * np.linalg.norm(high.max(axis=0) - low.min(axis=0))
+    touch = TOUCH * np.linalg.norm(np.ptp(v, axis=(0, 1))) if len(v) else 0.0
     normals = faces.normals()
+    first, second = _candidates(v, normals, low, high, touch)
     found = {}
-    for f in range(len(faces)):
-        near = np.all(low <= high[f] + touch, axis=1) & np.all(high >= low[f] - touch, axis=1)
-        height = (v[near] - v[f, 0]) @ normals[f]
+    for f, others in _by_first(first, second):
+        height = (v[others] - v[f, 0]) @ normals[f]
         meets = (height.min(axis=1) <= touch) & (height.max(axis=1) >= -touch)
-        others = np.flatnonzero(near)[meets]
-        contact = _contact(f, others, height[meets], faces, normals, emits, touch)
+        contact = _contact(f, others[meets], height[meets], faces, normals, emits, touch)
         if contact is not None:
             found[f] = contact
     return Contacts(found)
 
 
+def _by_first(first, second):
+    """Yield each first face with the sorted second faces of its pairs."""
+    order = np.lexsort((second, first))
+    faces, begin = np.unique(first[order], return_index=True)
+    parts = np.split(second[order], begin[1:])  # one, empty, of no pairs
+    yield from zip(faces.tolist(), parts, strict=False)
+
+
+def _candidates(v, normals, low, high, touch):
+    """Return pairs of faces (f, g) such that g may leave a mark in f, few without."""
+    edge = np.roll(v, -1, axis=1) - v
+    inward = np.cross(normals[:, None], edge)
+    with np.errstate(invalid="ignore"):  # the repeated vertex of a triangle bounds nothing
+        inward /= np.linalg.norm(inward, axis=2, keepdims=True)
+    found = [np.empty((2, 0), int)]
+    for f, g in _near(low, high, touch):
+        f, g = f[f != g], g[f != g]
+        for points in (_vertices, _marks):
+            at, there = points(v, normals, f, g, touch)
+            keep = there.any(axis=1)
+            at, there, f, g = at[keep], there[keep], f[keep], g[keep]
+            keep = _reach_inside(at, there, v[f], inward[f], touch)
+            f, g = f[keep], g[keep]
+        found.append(np.stack([f, g]))
+    return np.concatenate(found, axis=1)
+
+
+def _vertices(v, normals, f, g, touch):
+    """Return the vertices (p, 4, 3) of faces g, there (p, 4) if g meets the plane of face f."""
+    height = np.einsum("pkx,px->pk", v[g] - v[f, :1], normals[f])
+    bound = (1 + CAUTION) * touch
+    meets = (height.min(axis=1, initial=np.inf) <= bound) & (
+        height.max(axis=1, initial=-np.inf) >= -bound
+    )
+    return v[g], np.broadcast_to(meets[:, None], height.shape)
+
+
+def _marks(v, normals, f, g, touch):
+    """Return where faces g meet the planes of faces f (p, 8, 3), there or not (p, 8)."""
+    height = np.einsum("pkx,px->pk", v[g] - v[f, :1], normals[f])
+    after = np.roll(height, -1, axis=1)
+    across = height * after < 0
+    share = np.divide(height, height - after, out=np.zeros_like(height), where=across)
+    crossing = v[g] + share[..., None] * (np.roll(v[g], -1, axis=1) - v[g])
+    on = np.abs(height) <= (1 + CAUTION) * touch
+    return np.concatenate([v[g], crossing], axis=1), np.concatenate([on, across], axis=1)
+
+
+def _reach_inside(points, there, polygon, inward, touch):
+    """Return (p,) bool: which polygons have no side that all points there are at or beyond."""
+    side = np.einsum("pkx,pkx->pk", polygon - polygon[:, :1], inward)
+    depth = np.einsum("pkx,pix->pki", inward, points - polygon[:, :1]) - side[..., None]
+    depth = np.where(there[:, None], depth, -np.inf).max(axis=2)
+    return ~np.any(depth <= (1 - CAUTION) * touch, axis=1)
+
+
+def _near(low, high, touch):
+    """Yield the pairs of boxes, in both orders, that are at most a touch apart.
+
+    Descends a balanced tree of boxes, depth first by chunks, so that memory stays linear.
+    """
+    if len(low) == 0:
+        return
+    place, lows, highs = _tree(low, high)
+    stack = [(0, np.zeros((2, 1), int))]
+    while stack:
+        level, pairs = stack.pop()
+        for k in range(CHUNK, pairs.shape[1], CHUNK):
+            stack.append((level, pairs[:, k : k + CHUNK]))
+        a, b = pairs[:, :CHUNK]
+        close = _close(lows[level], highs[level], a, b, 2 * touch)  # either order, as they round
+        a, b = a[close], b[close]
+        if level + 1 < len(lows):
+            below = np.concatenate(
+                [(2 * a, 2 * b), (2 * a, 2 * b + 1), (2 * a + 1, 2 * b), (2 * a + 1, 2 * b + 1)],
+                axis=1,
+            )
+            stack.append((level + 1, below[:, below[0] <= below[1]]))
+        elif len(a):
+            a, b = place[a], place[b]
+            a, b = np.concatenate([a, b[a != b]]), np.concatenate([b, a[a != b]])
+            close = _close(low.T, high.T, a, b, touch)
+            yield a[close], b[close]
+
+
+def _close(low, high, a, b, touch):
+    """Return (p,) bool: which boxes b, with lows and highs (3, n), reach a touch round boxes a."""
+    close = np.ones(len(a), bool)
+    for x, y in zip(low, high, strict=True):
+        close &= (x[b] <= y[a] + touch) & (y[b] >= x[a] - touch)
+    return close
+
+
+def _tree(low, high):
+    """Return the boxes' numbers as leaves of a tree halved by median, and each level's boxes."""
+    n = len(low)
+    depth = int(np.ceil(np.log2(n)))
+    place = np.arange(2**depth)
+    empty = np.full((2**depth - n, 3), np.inf)
+    low, high = np.concatenate([low, empty]), np.concatenate([high, -empty])
+    middle = np.concatenate([(low[:n] + high[:n]) / 2, empty])
+    for level in range(depth):
+        part = place.reshape(2**level, -1)
+        real = part < n
+        x = middle[part]
+        spread = np.max(x, axis=1, where=real[..., None], initial=-np.inf)
+        spread = spread - np.min(x, axis=1, where=real[..., None], initial=np.inf)
+        axis = spread.argmax(axis=1)
+        x = np.take_along_axis(x, axis[:, None, None], axis=2)[..., 0]
+        order = x.argsort(axis=1, kind="stable")  # of equal ones the order so far keeps rows
+        place = np.take_along_axis(part, order, axis=1).ravel()
+    lows, highs = [low[place].T.copy()], [high[place].T.copy()]
+    for _ in range(depth):
+        lows.insert(0, np.minimum(lows[0][:, ::2], lows[0][:, 1::2]))
+        highs.insert(0, np.maximum(highs[0][:, ::2], highs[0][:, 1::2]))
+    return place, lows, highs
+
+
 def _contact(f, others, height, faces, normals, emits, touch):
     """Return the contact of face f with the others, None where nothing meets its inside."""
     polygon = _corners(faces.vertices[f])
+    inward = _inward(polygon, normals[f])
     segments, covers, hides = [], [], []
     for g, h in zip(others, height, strict=True):
-        if g == f:
-            continue
         other = faces.vertices[g]
-        segments += _clipped(_segments(other, h, touch), polygon, normals[f], touch)
+        segments += _clipped(_segments(other, h, touch), polygon, inward, touch)
         if np.all(np.abs(h) <= touch) and _overlap(polygon, _corners(other), normals[f], touch):
             opposed = normals[f] @ normals[g] < 0
             lamp = f if emits[f] else g
@@ -100,9 +218,12 @@ def _contact(f, others, height, faces, normals, emits, touch):
 
 def _stands_alone(f, faces, normals, touch):
     """Whether no face of another plane shares two corners with face f, as in a body or a room."""
-    distance = np.linalg.norm(faces.vertices[:, :, None] - faces.vertices[f], axis=3)
+    v, lamp = faces.vertices, faces.vertices[f]
+    low, high = lamp.min(axis=0) - 2 * touch, lamp.max(axis=0) + 2 * touch
+    near = np.flatnonzero(np.any(np.all((v >= low) & (v <= high), axis=2), axis=1))
+    distance = np.linalg.norm(v[near][:, :, None] - lamp, axis=3)
     shared = np.sum(distance.min(axis=2) <= touch, axis=1)
-    return not np.any((shared >= 2) & (np.abs(normals @ normals[f]) < 1 - 1e-6))
+    return not np.any((shared >= 2) & (np.abs(normals[near] @ normals[f]) < 1 - 1e-6))
 
 
 def _loses(f, g, emits):
@@ -131,15 +252,13 @@ def _segments(polygon, h, touch):
     return segments
 
 
-def _clipped(segments, polygon, normal, touch):
+def _clipped(segments, polygon, inward, touch):
     """Keep the parts of segments that run through the inside of a convex polygon."""
     kept = []
     for a, b in segments:
         lo, hi, length = 0.0, 1.0, np.linalg.norm(b - a)
-        for k in range(len(polygon)):
-            inward = np.cross(normal, polygon[(k + 1) % len(polygon)] - polygon[k])
-            inward /= np.linalg.norm(inward)
-            ha, hb = (a - polygon[k]) @ inward, (b - polygon[k]) @ inward
+        for corner, inside in zip(polygon, inward, strict=True):
+            ha, hb = (a - corner) @ inside, (b - corner) @ inside
             if max(ha, hb) <= touch:
                 lo, hi = 1.0, 0.0
             elif ha < 0 or hb < 0:
@@ -153,13 +272,17 @@ def _clipped(segments, polygon, normal, touch):
 def _overlap(p, q, normal, touch):
     """Whether two convex polygons of one plane share some area (separating lines)."""
     for polygon, other in ((p, q), (q, p)):
-        turn = np.sign(_turn(polygon) @ normal)
-        for k in range(len(polygon)):
-            inward = turn * np.cross(normal, polygon[(k + 1) % len(polygon)] - polygon[k])
-            inward /= np.linalg.norm(inward)
-            if ((other - polygon[k]) @ inward).max() <= touch:
+        inward = np.sign(_turn(polygon) @ normal) * _inward(polygon, normal)
+        for corner, inside in zip(polygon, inward, strict=True):
+            if ((other - corner) @ inside).max() <= touch:
                 return False
     return True
+
+
+def _inward(polygon, normal):
+    """Return unit normals (k, 3) of a polygon's sides in its plane; of a ccw one they point in."""
+    inward = np.cross(normal, np.roll(polygon, -1, axis=0) - polygon)
+    return inward / np.linalg.norm(inward, axis=1, keepdims=True)
 
 
 def _inside(points, polygon, normal):

@@ -120,7 +120,7 @@ def _merged(v, material, group):
 
 def _neighbours(corners, surface):
     """Return the edges, numbered 3 t + k, of triangles of one surface that meet head to tail."""
-    ids = _welded(corners.reshape(-1, 3)).reshape(-1, 3)
+    ids = welded(corners.reshape(-1, 3)).reshape(-1, 3)
     start, end = ids.ravel(), np.roll(ids, -1, axis=1).ravel()
     key = np.minimum(start, end) * (ids.max(initial=0) + 1) + np.maximum(start, end)
     there, back = np.flatnonzero(start < end), np.flatnonzero(start > end)
@@ -136,7 +136,7 @@ def _neighbours(corners, surface):
     return np.minimum(one, two), np.maximum(one, two)
 
 
-def _welded(points):
+def welded(points):
     """Return (n,) numbers that are equal where points (n, 3) coincide.
 
     Each coordinate is split where sorted values leave a gap, so that no rounding boundary

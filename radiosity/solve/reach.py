@@ -23,18 +23,12 @@ class Reach:
         All fronts, and the backs that light reaches.
     live : (n,) bool
         Patches that light reaches.
-    open_share : (n,) float64
-        What a live patch sees of the outside, else 0.
-    closed : bool
-        No live patch sees the outside.
     visibility : Visibility
     table : Table
     """
 
     patches: Patches
     live: np.ndarray
-    open_share: np.ndarray
-    closed: bool
     visibility: Visibility
     table: Table
 
@@ -53,7 +47,4 @@ def find_reach(scene: Scene, shape: np.ndarray, seed: int) -> Reach:
     front, back = reached.lit.T
     patches = cells.with_backs(back)
     live = np.concatenate([front, back[back]])
-    open_share = np.concatenate([reached.open_share[:, 0], reached.open_share[back, 1]])
-    return Reach(
-        patches, live, np.where(live, open_share, 0.0), reached.closed, visibility, table
-    )
+    return Reach(patches, live, visibility, table)

@@ -1,48 +1,82 @@
-"""Form factors between patches: exact polygon exchange times what rays let through."""
+"""Form factors between patches: exact polygons, exact shadows of few blockers, else rays."""
+
+from collections import namedtuple
 
 import numpy as np
 from numba import njit
 
 from radiosity.mesh.patches import Patches
-from radiosity.transport.occlusion import seen_share
+from radiosity.transport.blockers import (
+    HIDDEN,
+    MOST,
+    TOO_MANY,
+    find_blockers,
+    keep_between,
+    prepare_lines,
+)
+from radiosity.transport.environment import measure_openness
+from radiosity.transport.exchange import (
+    FEWEST,
+    GRAZING,
+    Geometry,
+    exchange_area,
+    load_fronts,
+    make_geometry,
+    make_room,
+    points_needed,
+)
+from radiosity.transport.exchange import MOST as LARGEST
+from radiosity.transport.occlusion import refined_shares
 from radiosity.transport.operator import FormFactors
-from radiosity.transport.polygon import GAUSS, exchange_area
+from radiosity.transport.partial import partial_exchange
+from radiosity.transport.screen import (
+    HIGH_I,
+    HIGH_J,
+    LOW_I,
+    LOW_J,
+    RUN,
+    SQUARE,
+    make_columns,
+    products,
+    screen,
+)
+from radiosity.transport.shadow import make_shade
 from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import Visibility
 
 ROWS = 16
-PAIRS = 8192
+UNSEEN = -1
+RAYS = -1.0  # marks in the errors what is left to rays
+# Shares of the asked accuracy: of the unoccluded exchange, of what blockers leave of it, and of an
+# entry too small to matter.
+WHOLE, SHARE, SMALL = 1e-2, 1.0, 0.5
+TIGHTEST, LOOSEST = 1e-12, 1e-4
+# So few patches get exact unoccluded factors, and shares with so much more care.
+FEW, CARE = 64, 0.05
 
 
-@njit(cache=True, nogil=True)
-def _rows(first, stop, live, v, n, c, r, rules, exchange):
-    """Fill exchange[i, j] for first <= i < stop and j > i with unoccluded exchange areas."""
-    for i in range(first, stop):
-        if not live[i]:
-            continue
-        for j in range(i + 1, len(live)):
-            if live[j]:
-                exchange[i, j] = exchange_area(
-                    v[i], n[i], c[i], r[i], v[j], n[j], c[j], r[j], rules
-                )
+Spaces = namedtuple("Spaces", "room shade nodes run lines sides")
+Spaces.__doc__ = "Space for one thread: see `make_room`, `make_shade`, `find_blockers`."
 
 
-@njit(cache=True, nogil=True)
-def _mirror(first, stop, exchange):
-    for i in range(first, stop):
-        for j in range(i):
-            exchange[i, j] = exchange[j, i]
+def patch_geometry(patches: Patches, visibility: Visibility) -> Geometry:
+    """Return patches as the kernels read them, in ray coordinates."""
+    centre, scale = visibility.centre, visibility.scale
+    return make_geometry(
+        (patches.vertices - centre) * scale, patches.normal, (patches.centroid - centre) * scale,
+        patches.area * scale**2, visibility.grain,
+    )  # fmt: skip
 
 
 def form_factors(
     patches: Patches,
     visibility: Visibility,
     live: np.ndarray,
-    rays: int,
+    accuracy: float,
     seed: int = 0,
     progress: Progress = silent,
 ) -> FormFactors:
-    """Assemble the dense matrix of form factors.
+    """Assemble the dense matrix of form factors, as it is before its closure is repaired.
 
     Parameters
     ----------
@@ -50,37 +84,206 @@ def form_factors(
     visibility : Visibility
     live : (n,) bool
         Patches that exchange light; the rows and columns of the others stay 0.
-    rays : int
-        Shadow rays for each pair of patches; none are traced in a convex enclosure.
+    accuracy : float
+        Asked bound of the sum over j of |error of F_ij| in every row.
 
     Returns
     -------
     FormFactors
-        Reciprocal by construction: A_i F_ij is stored once and mirrored.
+        Reciprocal by construction: A_i F_ij is stored once and mirrored. With what the rows see of
+        the outside, measured by rays of its own.
     """
     n = len(patches)
-    exchange = np.zeros((n, n))
-    geometry = patches.vertices, patches.normal, patches.centroid, patches.radius
+    exchange, error = np.zeros((n, n)), np.zeros((n, n), np.float32)
+    geometry = patch_geometry(patches, visibility)
+    columns, free = make_columns(geometry), visibility.free_sides(patches)
+    whole = TIGHTEST if n <= FEW else float(np.clip(WHOLE * accuracy, TIGHTEST, LOOSEST))
+    care = CARE if n <= FEW else 1.0
+    asked = whole, care * SHARE * accuracy, care * SMALL * accuracy / max(1, n)
+    unit = visibility.scale**-2.0
 
-    def polygons(a, b):
-        _rows(a, b, live, *geometry, GAUSS, exchange)
+    def pairs(a, b):
+        spaces = Spaces(
+            make_room(), make_shade(), np.empty(64, np.int64), np.empty(MOST, np.int64),
+            np.empty((MOST, 8, 4, 4)), np.empty(MOST),
+        )
+        _rows(
+            a, b, live, geometry, columns, visibility.blockers, free, asked, spaces, exchange, error
+        )
+        exchange[a:b] *= unit
+        error[a:b] *= unit
 
-    over_ranges(polygons, n, ROWS, "form factors", progress)
-    if not visibility.convex:
-        _shade(exchange, patches, visibility, rays, seed, progress)
-    over_ranges(lambda a, b: _mirror(a, b, exchange), n, 256)
-    return FormFactors(exchange, patches.area)
+    over_ranges(pairs, n, ROWS, "form factors", progress)
+    rest = np.argwhere(error < 0)
+    if len(rest):
+        whole = exchange[rest[:, 0], rest[:, 1]]
+        smaller = patches.area[rest].min(axis=1)
+        tolerance = np.maximum(asked[1], asked[2] * smaller / whole)
+        share, doubt = refined_shares(visibility, rest, patches, tolerance, seed, progress)
+        exchange[rest[:, 0], rest[:, 1]] = share * whole
+        error[rest[:, 0], rest[:, 1]] = (doubt + asked[0]) * whole
+    over_ranges(lambda a, b: _mirror(a, b, exchange, error), n, 256)
+    openness = measure_openness(patches, visibility, live, accuracy, seed)
+    return FormFactors(exchange, patches.area, error, openness)
 
 
-def _shade(exchange, patches, visibility, rays, seed, progress):
-    """Multiply every exchange area by the share that shadow rays let through."""
-    pairs = np.argwhere(exchange)
-    sides = patches.vertices, patches.normal
-    keys = np.arange(len(patches))
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rows(
+    first, stop, live, geometry, columns, blockers, free, asked, spaces, exchange, error
+):  # fmt: skip
+    """Fill exchange[i, j] and error[i, j] for first <= i < stop and j > i."""
+    n = len(live)
+    table, product, box = np.empty((5, RUN)), np.zeros((LARGEST + 1, RUN)), np.empty((8, 3))
+    needed, counts = np.empty(RUN, np.int64), np.zeros(RUN, np.int64)
+    found = np.empty((RUN, MOST), np.int64)
+    for i in range(first, stop):
+        if not live[i]:
+            continue
+        for start in range(i + 1, n, RUN):
+            count = min(RUN, n - start)
+            screen(columns, geometry, i, start, count, table)
+            if not _points_of_run(geometry, i, start, count, live, asked[0], table, needed):
+                continue
+            counts[:] = 0
+            if len(blockers.count) > 0 and _block_run(
+                geometry, i, start, count, blockers, free[i], needed, counts, found, box, spaces
+            ):
+                continue
+            for points in range(FEWEST, LARGEST + 1):
+                low, high = _reach_of(needed, count, points)
+                out = product[points, low:high]
+                products(columns, geometry, i, start + low, high - low, points, out)
+            for k in range(count):
+                if needed[k] < 0:
+                    continue
+                j = start + k
+                value = max(0.0, product[needed[k], k])
+                doubt = asked[0] * value
+                if needed[k] == 0:
+                    value, doubt = exchange_area(geometry, i, j, asked[0], spaces.room)
+                if counts[k] != 0 and value > 0.0:
+                    value, doubt = _past_blockers(
+                        geometry, i, j, value, doubt, blockers, found[k], counts[k], asked, spaces
+                    )
+                exchange[i, j], error[i, j] = value, doubt
 
-    def work(a, b):
-        block = pairs[a:b]
-        share = seen_share(visibility, block, sides, sides, keys, range(rays), seed)
-        exchange[block[:, 0], block[:, 1]] *= share
 
-    over_ranges(work, len(pairs), PAIRS, "visibility", progress)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _points_of_run(geometry, i, start, count, live, tolerance, table, needed):
+    """Write the points a direction that each pair's product rule needs; whether there is any pair.
+
+    UNSEEN where a pair does not face each other, 0 where no vectorised rule will do.
+    """
+    ri, some = geometry.radius[i], False
+    for k in range(count):
+        j = start + k
+        rj = geometry.radius[j]
+        slack = 1e-12 * (ri + rj) + 4.0 * geometry.grain
+        needed[k] = UNSEEN
+        if not live[j] or table[HIGH_I, k] <= slack or table[HIGH_J, k] <= slack:
+            continue
+        needed[k], some = 0, True
+        if table[LOW_I, k] >= -slack and table[LOW_J, k] >= -slack:
+            square = table[SQUARE, k]
+            cosines = (table[LOW_I, k] + table[HIGH_I, k]) * (table[LOW_J, k] + table[HIGH_J, k])
+            limit = 0.5 * tolerance * max(GRAZING, cosines / (4.0 * square))
+            bent = geometry.bent[i] or geometry.bent[j]
+            points = points_needed((square**0.5 - max(ri, rj)) / max(ri, rj), bent, limit)
+            needed[k] = points if points <= LARGEST else 0
+    return some
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _reach_of(needed, count, points):
+    """Return the range of a run that holds all pairs which need so many points."""
+    low, high = count, 0
+    for k in range(count):
+        if needed[k] == points:
+            low, high = min(low, k), k + 1
+    return (low, high) if high > low else (0, 0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _box_about(geometry, start, count, needed, box, middle):
+    """Write corners and middle of the box about the pairs' second polygons; return its radius."""
+    low, high = np.full(3, 1e300), np.full(3, -1e300)
+    for k in range(count):
+        if needed[k] != UNSEEN:
+            for v in range(4):
+                for c in range(3):
+                    x = geometry.vertices[start + k, v, c]
+                    low[c], high[c] = min(low[c], x), max(high[c], x)
+    reach = 0.0
+    for c in range(3):
+        middle[c] = 0.5 * (low[c] + high[c])
+        reach += 0.25 * (high[c] - low[c]) ** 2
+        for m in range(8):
+            box[m, c] = high[c] if (m >> c) & 1 else low[c]
+    return reach**0.5
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _block_run(
+    geometry, i, start, count, blockers, free, needed, counts, found, box, spaces
+):  # fmt: skip
+    """Find the blockers of each pair of a run; whether all pairs are hidden.
+
+    First those between polygon i and a box about all that face it, then those of each pair. Hidden
+    pairs become UNSEEN.
+    """
+    middle, nodes, run = np.empty(3), spaces.nodes, spaces.run
+    reach = _box_about(geometry, start, count, needed, box, middle)
+    some = find_blockers(blockers, free, geometry, i, box, middle, reach, nodes, run)
+    if some == HIDDEN:
+        return True
+    slack = 4.0 * geometry.grain
+    if some > 0:
+        prepare_lines(
+            blockers, run[:some], geometry.vertices[i], slack, spaces.lines, spaces.sides
+        )
+    for k in range(count):
+        if needed[k] == UNSEEN or some == 0:
+            continue
+        j = start + k
+        q = geometry.vertices[j]
+        if some == TOO_MANY:
+            for v in range(8):
+                box[v] = q[v % 4]
+            counts[k] = find_blockers(
+                blockers, free, geometry, i, box, geometry.centroid[j], geometry.radius[j], nodes,
+                found[k],
+            )  # fmt: skip
+        else:
+            counts[k] = keep_between(
+                blockers, run[:some], spaces.lines, spaces.sides, geometry.centroid[j],
+                geometry.normal[j], q, slack, found[k],
+            )  # fmt: skip
+        if counts[k] == HIDDEN:
+            needed[k] = UNSEEN
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _past_blockers(geometry, i, j, value, error, blockers, found, count, asked, spaces):
+    """Return what blockers leave of an exchange, and its error; error RAYS where rays must tell."""
+    if count == TOO_MANY:
+        return value, RAYS
+    count_p, count_q = load_fronts(geometry, i, j, spaces.room)
+    if count_p == 0:
+        return 0.0, 0.0
+    tolerance = max(asked[1], asked[2] * min(geometry.area[i], geometry.area[j]) / value)
+    shadows = (blockers, found[:count], geometry.grain, spaces.shade, spaces.room.x)
+    seen, doubt = partial_exchange(
+        geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
+    )
+    if seen < 0.0:
+        return value, RAYS
+    return seen, doubt + error
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mirror(first, stop, exchange, error):
+    for i in range(first, stop):
+        for j in range(i):
+            exchange[i, j] = exchange[j, i]
+            error[i, j] = error[j, i]

@@ -1,17 +1,22 @@
 """How much of one polygon is seen from another: shadow rays between pairs, compiled."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 
+from radiosity.mesh.patches import Patches
 from radiosity.transport.polygon import bilinear
 from radiosity.transport.sampling import hashed, sobol
+from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT, Visibility
 
 RAYS_AT_ONCE = 1 << 16
+FEWEST_RAYS, MOST_RAYS, PAIRS = 64, 4096, 1024
 OTHER = 1 << 40  # tells the pattern on a source from the one on its target
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _aim(pairs, p, np_, q, nq, keys, first, count, seed, centre, scale, lift, start, span, weight):
     x, y = np.empty(3), np.empty(3)
     for m in range(len(pairs)):
@@ -36,31 +41,47 @@ def _aim(pairs, p, np_, q, nq, keys, first, count, seed, centre, scale, lift, st
             weight[r] = stretch * ci * cj / (d2 * d2) if ci > 0.0 and cj > 0.0 else 0.0
 
 
-@njit(cache=True, nogil=True)
-def _shares(blocked, weight, count, share):
-    for m in range(len(share)):
-        seen = total = free = 0.0
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sums(blocked, weight, count, seen, total, free):
+    """Add up weights of free and of all rays, and how many are free, pair by pair."""
+    for m in range(len(seen)):
         for r in range(m * count, (m + 1) * count):
-            total += weight[r]
+            total[m] += weight[r]
             if not blocked[r]:
-                seen += weight[r]
-                free += 1.0
-        share[m] = seen / total if total > 0.0 else free / count
+                seen[m] += weight[r]
+                free[m] += 1.0
 
 
-def seen_share(
-    visibility: Visibility,
-    pairs: np.ndarray,
-    sources,
-    targets,
-    keys: np.ndarray,
-    samples: range,
+@dataclass(frozen=True)
+class Tally:
+    """What shadow rays found: (m,) sums of w V and of w, and counts of free rays and of all."""
+
+    seen: np.ndarray
+    total: np.ndarray
+    free: np.ndarray
+    rays: int
+
+    def __add__(self, other: "Tally") -> "Tally":
+        """Return the tally of both."""
+        return Tally(
+            self.seen + other.seen, self.total + other.total, self.free + other.free,
+            self.rays + other.rays,
+        )  # fmt: skip
+
+    @property
+    def share(self) -> np.ndarray:
+        """Return (m,) the share that is seen; of the bare rays where all weights are 0."""
+        weighed = self.total > 0
+        return np.where(
+            weighed, self.seen / np.where(weighed, self.total, 1.0), self.free / max(1, self.rays)
+        )
+
+
+def shadow_rays(
+    visibility: Visibility, pairs: np.ndarray, sources, targets, keys: np.ndarray, samples: range,
     seed: int,
-) -> np.ndarray:
-    """Return (m,) how much of a pair's unoccluded exchange passes, from 0 to 1.
-
-    The share is sum(w V)/sum(w) over pairs of points with w = cos cos'/r^2, so that the exact
-    factor times the share is what arrives (E5).
+) -> Tally:  # fmt: skip
+    """Trace rays between pairs of points with the weights w = cos cos'/r^2 (E5).
 
     Parameters
     ----------
@@ -70,12 +91,14 @@ def seen_share(
         A point is a polygon whose vertices are all the same.
     keys : (k,) int
         What the sample pattern of a source is hashed from.
+    samples : range
+        Which points of the sequence to use, so that tallies can be added up.
     """
-    share = np.empty(len(pairs))
+    sums = np.zeros((3, len(pairs)))
     count = len(samples)
     step = max(1, RAYS_AT_ONCE // count)
-    start = np.empty((step * count, 3), np.float32)
-    span, weight = np.empty_like(start), np.empty(step * count)
+    start = np.empty((min(step, len(pairs)) * count, 3), np.float32)
+    span, weight = np.empty_like(start), np.empty(len(start))
     for a in range(0, len(pairs), step):
         block = pairs[a : a + step]
         rays = len(block) * count
@@ -84,5 +107,46 @@ def seen_share(
             visibility.centre, visibility.scale, LIFT, start, span, weight,
         )  # fmt: skip
         blocked = visibility.blocked(start[:rays], span[:rays])
-        _shares(blocked, weight, count, share[a : a + step])
-    return share
+        _sums(blocked, weight, count, *sums[:, a : a + step])
+    return Tally(*sums, count)
+
+
+def seen_share(visibility, pairs, sources, targets, keys, samples: range, seed: int) -> np.ndarray:
+    """Return (m,) how much of a pair's unoccluded exchange passes, see `shadow_rays`.
+
+    The share is sum(w V)/sum(w), so that the exact factor times the share is what arrives (E5).
+    """
+    return shadow_rays(visibility, pairs, sources, targets, keys, samples, seed).share
+
+
+def refined_shares(
+    visibility: Visibility, pairs: np.ndarray, patches: Patches, tolerance: np.ndarray, seed: int,
+    progress: Progress = silent,
+):  # fmt: skip
+    """Return (m,) visible shares of pairs of patches and their estimated errors.
+
+    Rays are doubled for each pair until its error meets its ``tolerance`` (m,) or MOST_RAYS are
+    traced. The error of N points of a sequence in four dimensions on either side of a shadow edge
+    is taken as sqrt(s (1 - s)) N^(-0.6), with at least one ray on each side.
+    """
+    share, doubt = np.empty((2, len(pairs)))
+    sides = patches.vertices, patches.normal
+    keys = np.arange(len(patches))
+
+    def work(a, b):
+        left = np.arange(a, b)
+        tally = shadow_rays(visibility, pairs[left], sides, sides, keys, range(FEWEST_RAYS), seed)
+        while True:
+            s = tally.share
+            share[left] = s
+            doubt[left] = np.sqrt(np.maximum(s * (1 - s), 1.0 / tally.rays)) * tally.rays**-0.6
+            more = doubt[left] > tolerance[left]
+            if not more.any() or tally.rays >= MOST_RAYS:
+                return
+            left = left[more]
+            kept = Tally(tally.seen[more], tally.total[more], tally.free[more], tally.rays)
+            samples = range(tally.rays, 2 * tally.rays)
+            tally = kept + shadow_rays(visibility, pairs[left], sides, sides, keys, samples, seed)
+
+    over_ranges(work, len(pairs), PAIRS, "visibility", progress)
+    return share, doubt

@@ -1,7 +1,34 @@
 """The form-factor matrix as a linear operator."""
 
+from dataclasses import astuple, dataclass
+
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator
+
+
+@dataclass(frozen=True)
+class Openness:
+    """What the rows send to no row: measured by rays of its own.
+
+    Attributes
+    ----------
+    share : (n,) float64
+        Factor from a row to all that is no row: the outside, obstructions, backs.
+    error : (n,) float64
+        Its estimated error.
+    absorbed : (n,) float64
+        The part of ``share`` that meets a surface; the rest leaves the scene.
+    """
+
+    share: np.ndarray
+    error: np.ndarray
+    absorbed: np.ndarray | float = 0.0
+
+    @classmethod
+    def closed(cls, n: int) -> "Openness":
+        """Return that of n rows that see rows only."""
+        return cls(np.zeros(n), np.zeros(n))
 
 
 class FormFactors(LinearOperator):
@@ -10,25 +37,159 @@ class FormFactors(LinearOperator):
     Parameters
     ----------
     exchange : (n, n) float64
-        Symmetric exchange areas A_i F_ij.
+        Exchange areas A_i F_ij in m2, not negative, symmetric to the bit.
     area : (n,) float64
+        A_i in m2; rows of area 0 see nothing.
+    error : (n, n) float32, optional
+        Estimated error of each exchange area, symmetric to the bit; 0 where not given.
+    openness : Openness, optional
+        Factors to all that is no row; a closed scene where not given.
+    raw_closure : (n,) float64, optional
+        Defects of the rows before they were repaired; those found where not given.
+
+    Raises
+    ------
+    ValueError
+        Where the shapes do not fit together.
     """
 
-    def __init__(self, exchange: np.ndarray, area: np.ndarray):
-        super().__init__(np.float64, exchange.shape)
+    def __init__(
+        self,
+        exchange: np.ndarray,
+        area: np.ndarray,
+        error: np.ndarray | None = None,
+        openness: Openness | None = None,
+        raw_closure: np.ndarray | None = None,
+    ):
+        n = len(area)
         self.exchange = exchange
         self.area = area
+        self.error = np.zeros((n, n), np.float32) if error is None else error
+        self.openness = Openness.closed(n) if openness is None else openness
+        self._raw_closure = raw_closure
+        for name, array in (("exchange", self.exchange), ("error", self.error)):
+            if array.shape != (n, n):
+                raise ValueError(
+                    f"{name} has shape {array.shape}, but must be {(n, n)}: a row and a column "
+                    f"for each of the {n} areas"
+                )
+        super().__init__(np.float64, (n, n))
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
-        return (self.exchange @ x) / self.area[:, None]
+        return self._per_area(self.exchange @ x)
 
     def _matvec(self, x: np.ndarray) -> np.ndarray:
         return self._matmat(x.reshape(-1, 1)).reshape(x.shape)
 
+    def _per_area(self, x):
+        """Divide rows by their area; rows without area stay 0."""
+        return x / np.where(self.area > 0, self.area, 1.0)[:, None]
+
     def toarray(self) -> np.ndarray:
         """Return F as an (n, n) array; F[i, j] is the fraction leaving i that arrives at j."""
-        return self.exchange / self.area[:, None]
+        return self._per_area(self.exchange)
 
     def row_sums(self) -> np.ndarray:
         """Return (n,): what of a patch's light arrives anywhere; 1 in a closed scene."""
-        return self.exchange.sum(axis=1) / self.area
+        return self._per_area(self.exchange.sum(axis=1, keepdims=True))[:, 0]
+
+    @property
+    def environment(self) -> np.ndarray:
+        """Return (n,) factors from the rows to what lies outside the scene."""
+        return self.openness.share - self.openness.absorbed
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether no row sees the outside."""
+        return not np.any(self.environment > 0)
+
+    @property
+    def exposed(self) -> np.ndarray:
+        """Return (n,) bool: rows with area that see anything at all."""
+        return (self.area > 0) & (self.exchange.any(axis=1) | (self.openness.share > 0))
+
+    @property
+    def sealed(self) -> np.ndarray:
+        """Return (k,) int: the rows that see nothing, whose light goes nowhere."""
+        return np.flatnonzero(~self.exposed)
+
+    @property
+    def closure(self) -> np.ndarray:
+        """Return (n,) defects: row sum + openness.share - 1 of exposed rows, 0 of sealed ones."""
+        return np.where(self.exposed, self.row_sums() + self.openness.share - 1.0, 0.0)
+
+    @property
+    def raw_closure(self) -> np.ndarray:
+        """Return (n,) defects of the rows before they were repaired."""
+        return self.closure if self._raw_closure is None else self._raw_closure
+
+    @property
+    def reciprocity(self) -> float:
+        """Return the largest |A_i F_ij - A_j F_ji| as a share of the largest A_i F_ij."""
+        g, largest, unequal = self.exchange, 0.0, 0.0
+        for rows in (slice(a, a + 256) for a in range(0, len(g), 256)):
+            largest = max(largest, np.abs(g[rows]).max(initial=0.0))
+            unequal = max(unequal, np.abs(g[rows] - g[:, rows].T).max(initial=0.0))
+        return float(unequal / (largest or 1.0))
+
+    def row_errors(self) -> np.ndarray:
+        """Return (n,): the estimated sum over j of |error of F_ij|."""
+        return self._per_area(self.error.sum(axis=1, dtype=np.float64, keepdims=True))[:, 0]
+
+    def grouped(self, labels: np.ndarray, count: int | None = None) -> "FormFactors":
+        """Return the factors between groups of rows, such as the surfaces that patches belong to.
+
+        F_gh = sum over i in g and j in h of A_i F_ij / sum over i in g of A_i.
+
+        Parameters
+        ----------
+        labels : (n,) int
+            Group of each row, from 0; a row with a negative label is left out, and with it what
+            others send there.
+        count : int, optional
+            How many groups there are; one more than the largest label if not given.
+
+        Returns
+        -------
+        FormFactors
+            Exchange areas, areas and errors summed (errors by magnitude, so never too small);
+            openness averaged by area. A group that sees itself has F_gg > 0.
+
+        Raises
+        ------
+        ValueError
+            Where the labels are not one whole number for each row.
+        """
+        labels = np.asarray(labels)
+        if labels.shape != self.area.shape or labels.dtype.kind not in "iu":
+            raise ValueError(
+                f"labels are {labels.dtype} {labels.shape}, but must be one whole number a row, "
+                f"int {self.area.shape}"
+            )
+        members = _membership(labels, count)
+        area = members @ self.area
+        mean = 1.0 / np.where(area > 0, area, 1.0)
+
+        def averaged(x):
+            return members @ (self.area * x) * mean
+
+        return FormFactors(
+            _pooled(self.exchange, members),
+            area,
+            _pooled(self.error, members).astype(np.float32),
+            Openness(*(averaged(x) for x in astuple(self.openness))),
+            averaged(self.raw_closure),
+        )
+
+
+def _membership(labels, count):
+    """Return the sparse (g, n) matrix that sums rows over their groups."""
+    rows = np.flatnonzero(labels >= 0)
+    groups = int(labels.max(initial=-1)) + 1 if count is None else count
+    return csr_array((np.ones(len(rows)), (labels[rows], rows)), shape=(groups, len(labels)))
+
+
+def _pooled(matrix, members):
+    """Return the (g, g) sums of a symmetric matrix over groups of its rows and columns."""
+    pooled = members @ np.ascontiguousarray((members @ matrix).T)
+    return (pooled + pooled.T) / 2

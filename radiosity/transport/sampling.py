@@ -32,7 +32,7 @@ def _direction_numbers() -> np.ndarray:
 DIRECTIONS = _direction_numbers()
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def hashed(a, b, c):
     """Mix three integers into 64 well-scrambled bits (splitmix64)."""
     x = np.uint64(a) * np.uint64(0x9E3779B97F4A7C15)
@@ -43,7 +43,7 @@ def hashed(a, b, c):
     return x ^ (x >> np.uint64(31))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def sobol(index, dimension, shift):
     """Coordinate of one Sobol point in [0, 1), its digits shifted by 32 bits of ``shift``."""
     bits = np.uint64(0)
@@ -56,7 +56,7 @@ def sobol(index, dimension, shift):
     return float(bits ^ (shift & np.uint64(0xFFFFFFFF))) * UNIT
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def cosine_direction(u, v, n, out):
     """Write a direction about the unit normal n with density cos(theta)/pi into out.
 

@@ -2,7 +2,11 @@
 
 import numpy as np
 
+from radiosity.mesh.bodies import find_bodies, free_of
 from radiosity.mesh.faces import Faces
+from radiosity.mesh.facets import merge_facets
+from radiosity.mesh.patches import Patches
+from radiosity.transport.blockers import make_blockers
 
 LIFT = 1e-5  # ray origins and ends are lifted off their surface by this share of the half extent
 
@@ -21,8 +25,12 @@ class Visibility:
     ----------
     centre : (3,) float64
     scale : float
-    convex : bool
-        The faces look into one convex enclosure, so nothing can come between two of their fronts.
+        A power of 2, so that scaling rounds nothing.
+    grain : float
+        How far rounding, here or in the file, may have moved a vertex, in ray coordinates.
+    face_normal : (f, 3) float32
+    blockers : Blockers
+        What can come between two points, as convex polygons in ray coordinates.
     """
 
     def __init__(self, faces: Faces):
@@ -32,14 +40,40 @@ class Visibility:
         v = faces.vertices
         low, high = v.reshape(-1, 3).min(axis=0), v.reshape(-1, 3).max(axis=0)
         self.centre = (low + high) / 2
-        self.scale = 2.0 / (high - low).max()
-        self.convex = _is_convex(faces)
+        self.scale = 2.0 ** np.floor(1.0 - np.log2((high - low).max()))
+        self.face_normal = faces.normals().astype(np.float32)
+        facets = merge_facets(faces)
+        offset = np.abs([low, high]).max() * self.scale
+        bent = facets.unevenness(faces) * self.scale
+        self.grain = max(4.0 * np.finfo(float).eps * (1.0 + offset), 2.0 * bent)
+        self._corners = (facets.vertices - self.centre) * self.scale
+        self._normal, bodies = facets.normal, find_bodies(faces)
+        self._bodies, self._of_face = bodies.count, bodies.of_face
+        self._of_facet = np.empty(len(facets.count), int)
+        self._of_facet[facets.facet] = bodies.of_face
+        self.blockers = make_blockers(
+            self._corners, facets.count, facets.normal, self._of_facet, self.grain
+        )
         triangles, self._face = _triangles(faces)
         local = ((triangles - self.centre) * self.scale).astype(np.float32)
         self._scene = EmbreeScene(robust=True)
         index = np.arange(3 * len(local), dtype=np.int32).reshape(-1, 3)
         TriangleMesh(self._scene, local.reshape(-1, 3), index)
         self.blocked(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # commits
+
+    def free_sides(self, patches: Patches) -> np.ndarray:
+        """Return (n, bodies + 1) bool: on which bodies' free side a patch surely lies.
+
+        The last column is False, for what belongs to no body.
+        """
+        points = (patches.vertices - self.centre) * self.scale
+        free = np.zeros((len(patches), self._bodies + 1), bool)
+        for b in range(self._bodies):
+            corners, normal = self._corners[self._of_facet == b], self._normal[self._of_facet == b]
+            free[:, b] = free_of(corners, corners[:, 0], normal, points, 4.0 * self.grain)
+            own = self._of_face[patches.face] == b
+            free[own, b] = patches.front[own]
+        return free
 
     def blocked(self, origins: np.ndarray, spans: np.ndarray) -> np.ndarray:
         """Return (k,) bool: whether anything lies between an origin and origin + span.
@@ -75,18 +109,3 @@ def _triangles(faces: Faces):
     quad = np.flatnonzero(~faces.is_triangle)
     triangles = np.concatenate([v[:, :3], v[quad][:, [0, 2, 3]]])
     return triangles, np.concatenate([np.arange(len(v)), quad])
-
-
-def _is_convex(faces: Faces) -> bool:
-    """Whether every vertex lies in front of every face, to rounding."""
-    points = np.unique(faces.vertices.reshape(-1, 3), axis=0)
-    middle = points.mean(axis=0)
-    points -= middle
-    tolerance = 1e-9 * np.abs(points).max()
-    normals = faces.normals()
-    level = np.einsum("fc,fc->f", faces.vertices[:, 0] - middle, normals) - tolerance
-    for start in range(0, len(faces), 256):
-        block = slice(start, start + 256)
-        if np.any(points @ normals[block].T < level[block]):
-            return False
-    return True

@@ -1,0 +1,278 @@
+"""``radiosity formfactors``."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from radiosity.cli import options as o
+from radiosity.cli.progress import progress_bars, remark
+from radiosity.cli.session import load_scene
+
+MESH, SCENE = 1e-3, 0.02  # default accuracies; that of a scene is the one that `solve` takes
+SHOWN = 8  # sealed rows and groups that the summary names
+
+
+@dataclass(frozen=True)
+class Found:
+    """Form factors with what the summary says of their rows.
+
+    Attributes
+    ----------
+    factors : FormFactors
+    triangles : int
+    group : (n,) int
+        Group of each row; backs have groups of their own.
+    names : list of str
+        Of the groups.
+    """
+
+    factors: Any
+    triangles: int
+    group: Any
+    names: list[str]
+
+
+def formfactors(
+    source: Annotated[
+        str,
+        typer.Argument(metavar="MESH", help="Mesh file (.obj, .ply, .stl), or scene file (.toml)."),
+    ],
+    output: Annotated[
+        str | None,
+        typer.Option("-o", "--output", help="Save here; without it only the summary is printed."),
+    ] = None,
+    accuracy: Annotated[
+        float | None,
+        typer.Option(
+            "--accuracy",
+            metavar="EPS",
+            parser=o.number,
+            help="Bound of the summed errors in each row: 0.001; for a scene 0.02, as in solve.",
+        ),
+    ] = None,
+    obstructions: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="Mesh file whose faces block but are no rows."),
+    ] = None,
+    two_sided: Annotated[
+        bool, typer.Option("--two-sided", help="Backs are rows too, after all fronts.")
+    ] = False,
+    format: Annotated[
+        str | None,
+        typer.Option("--format", metavar="npz|csv|view3d", help="By the suffix if not given."),
+    ] = None,
+    raw: Annotated[
+        bool, typer.Option("--raw", help="As computed, without closing the rows.")
+    ] = False,
+    by_group: Annotated[
+        bool, typer.Option("--by-group", help="Factors between the file's groups, not its faces.")
+    ] = False,
+    mesh: Annotated[
+        str | None,
+        typer.Option("--mesh", metavar="auto|input|N", help="Patches of a scene, as in solve."),
+    ] = None,
+    ambient: o.Ambient = 0.0,
+    memory: o.Memory = None,
+    seed: o.Seed = 0,
+    threads: o.Threads = None,
+    quiet: o.Quiet = False,
+    as_json: o.Json = False,
+) -> None:
+    """Form factors between the faces of a mesh, or the patches of a scene.
+
+    Those of a scene are what solve --factors reuses when colours or lamps change.
+
+    Example: radiosity formfactors room.obj -o F.npz
+    """
+    import time
+
+    kind = _check_output(output, format)
+    limit = o.parse_memory(memory)
+    o.use_threads(threads)
+    begun = time.perf_counter()
+    with progress_bars(quiet) as progress:
+        rest = {"repair": not raw, "seed": seed, "memory": limit, "progress": progress}
+        if Path(source).suffix.lower() == ".toml":
+            _refuse("a scene's own faces block, its lit backs are rows", **{
+                "--obstructions": obstructions, "--two-sided": two_sided})  # fmt: skip
+            asked = SCENE if accuracy is None else accuracy
+            found = _of_scene(load_scene(source, mesh or "auto", ambient, quiet), asked, mesh, rest)
+        else:
+            _refuse("a mesh file's faces are the rows; name a .toml scene", **{
+                "--mesh": mesh, "--ambient": ambient})  # fmt: skip
+            asked = MESH if accuracy is None else accuracy
+            found = _of_mesh(source, obstructions, two_sided, asked, quiet, rest)
+    facts = _facts(found, asked, raw, by_group, time.perf_counter() - begun)
+    if output:
+        _save(found, by_group, output, kind)
+    print(_as_json(facts, output) if as_json else summary(facts))
+    if output:
+        remark(f"saved {output}", quiet)
+    _judge(facts)
+
+
+def _check_output(output, format) -> str | None:
+    """Return the format to write, or raise the error that writing would end in."""
+    if output is None:
+        if format is not None:
+            raise ValueError(f"--format {format} needs a file to write: add -o FILE")
+        return None
+    from radiosity.transport.files import check_place
+    from radiosity.transport.store import FORMATS, find_format
+
+    kind, suffix = find_format(output, format), Path(output).suffix.lower()
+    if FORMATS.get(suffix, kind) != kind:
+        raise ValueError(
+            f"-o {output}: {suffix} is the suffix of the format {FORMATS[suffix]}, but --format "
+            f"{kind} is asked for: leave one of them out"
+        )
+    check_place(output)
+    return kind
+
+
+def _refuse(why, **options):
+    """Raise where an option is given that means nothing here."""
+    for name, value in options.items():
+        if value:
+            raise ValueError(f"{name} does not apply: {why}")
+
+
+def _of_mesh(path, obstructions, two_sided, accuracy, quiet, rest) -> Found:
+    """Return the factors between a file's faces as they are read."""
+    import numpy as np
+
+    from radiosity.scene.files import read_geometry
+    from radiosity.solve.plan import check_fits, memory_needed
+
+    geometry = read_geometry(path, merge=False)
+    for note in geometry.notes:
+        remark(f"note: {note}", quiet)
+    faces, names = geometry.faces, list(geometry.group_names)
+    rows = len(faces) * (2 if two_sided else 1)
+    way_out = "merge faces, or allow more with --memory"
+    check_fits(f"form factors of {rows} faces", memory_needed(rows), rest["memory"], way_out)
+    from radiosity.solve.matrix import form_factors  # numba takes a second
+
+    factors = form_factors(faces, accuracy, obstructions=obstructions, two_sided=two_sided, **rest)
+    triangles, group = int(faces.is_triangle.sum()), faces.group
+    if two_sided:
+        triangles, group = 2 * triangles, np.concatenate([group, group + len(names)])
+        names += [f"{name} (back)" for name in names]
+    return Found(factors, triangles, group, names)
+
+
+def _of_scene(scene, accuracy, mesh, rest) -> Found:
+    """Return the factors between the patches that `solve` has for a scene."""
+    import numpy as np
+
+    from radiosity.solve.plan import check_memory, make_plan
+
+    plan = make_plan(scene.faces, accuracy, mesh or "auto")
+    check_memory(plan.cells, rest["memory"])
+    from radiosity.solve.assembly import scene_factors
+
+    found = scene_factors(scene, accuracy, mesh=mesh or "auto", **rest)
+    patches, names = found.reach.patches, list(scene.groups)
+    triangles = int(np.all(patches.vertices[:, 3] == patches.vertices[:, 2], axis=1).sum())
+    group = scene.faces.group[patches.face] + np.where(patches.front, 0, len(names))
+    if not patches.front.all():
+        names += [f"{name} (back)" for name in names]
+    return Found(found.factors, triangles, group, names)
+
+
+def _facts(found, asked, raw, by_group, seconds) -> dict:
+    """Return what is to be said of the factors, as plain values for JSON."""
+    import numpy as np
+
+    from radiosity.solve.plan import memory_needed
+
+    f = found.factors
+    before = f.raw_closure[f.exposed]
+    rows = len(f.area)
+    return {
+        "rows": rows,
+        "triangles": found.triangles,
+        "quadrilaterals": rows - found.triangles,
+        "closed": f.is_closed,
+        "environment_max": float(f.environment.max(initial=0.0)),
+        "absorbed_max": float(np.max(f.openness.absorbed, initial=0.0)),
+        "sealed": f.sealed.tolist(),
+        "closure_raw_max": float(np.abs(before).max(initial=0.0)),
+        "closure_raw_rms": float(np.sqrt(np.mean(before**2))) if len(before) else 0.0,
+        "repaired": not raw,
+        "closure_max": float(np.abs(f.closure).max(initial=0.0)),
+        "reciprocity": f.reciprocity,
+        "error": float(f.row_errors().max(initial=0.0)),
+        "accuracy": asked,
+        "seconds": seconds,
+        "memory_bytes": memory_needed(rows),
+        "groups": found.names if by_group else None,
+    }
+
+
+def _save(found, by_group, output, kind):
+    from radiosity.transport.store import save_factors
+
+    factors = found.factors
+    if by_group:
+        factors = factors.grouped(found.group, len(found.names))
+    save_factors(factors, output, kind)
+
+
+def _as_json(facts, output) -> str:
+    import json
+
+    return json.dumps(facts | {"output": output})
+
+
+def summary(facts: dict) -> str:
+    """Return the size of the matrix and how well it keeps its laws, as text."""
+    kinds = f"{facts['triangles']} triangles, {facts['quadrilaterals']} quadrilaterals"
+    lines = [
+        f"rows          {facts['rows']} ({kinds})",
+        f"scene         {_openness(facts)}",
+        f"sealed        {_some(facts['sealed']) or 'none'}",
+        f"raw closure   worst {facts['closure_raw_max']:.1e}, rms {facts['closure_raw_rms']:.1e}",
+        f"repaired      {_repair(facts)}",
+        f"reciprocity   {facts['reciprocity']:.1e}",
+        f"error         {facts['error']:.1e} estimated for the worst row, "
+        f"{facts['accuracy']:g} asked",
+        f"time          {facts['seconds']:.1f} s",
+        f"memory        {facts['memory_bytes'] / 1e6:.4g} MB predicted",
+    ]
+    if facts["groups"] is not None:
+        lines.insert(1, f"groups        {_some(facts['groups'])}")
+    return "\n".join(lines)
+
+
+def _openness(facts) -> str:
+    text = "closed"
+    if not facts["closed"]:
+        text = f"open: up to {facts['environment_max']:.4g} of a row's light leaves"
+    if facts["absorbed_max"]:
+        text += f"; up to {facts['absorbed_max']:.4g} meets surfaces that are no rows"
+    return text
+
+
+def _repair(facts) -> str:
+    return f"worst {facts['closure_max']:.1e}" if facts["repaired"] else "no, as --raw asks"
+
+
+def _some(items) -> str:
+    """Return how many items there are and the first few; nothing where there are none."""
+    if not items:
+        return ""
+    more = ", .." if len(items) > SHOWN else ""
+    return f"{len(items)}: {', '.join(map(str, items[:SHOWN]))}{more}"
+
+
+def _judge(facts):
+    """End with exit code 1 where the estimated error is above the asked one."""
+    if facts["error"] > facts["accuracy"]:
+        remark(
+            f"radiosity: reached an estimated error of {facts['error']:.2e}, above the asked "
+            f"{facts['accuracy']:g}: divide the faces that are partly hidden, or ask for less"
+        )
+        raise typer.Exit(1)

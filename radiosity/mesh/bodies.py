@@ -1,0 +1,94 @@
+"""Bodies: closed, consistently wound surfaces among the faces, and what lies on their free side.
+
+Whoever looks from the free side of a body, where its normals point, meets it from the front first;
+faces that show him their backs are hidden by others and need not be looked at.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from radiosity.mesh.faces import Faces, welded
+
+LARGEST = 10**8  # corners times planes that are looked at for one body
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Closed surfaces.
+
+    Attributes
+    ----------
+    of_face : (f,) int
+        Body of each face; ``count`` for faces of open or unevenly wound surfaces.
+    count : int
+    """
+
+    of_face: np.ndarray
+    count: int
+
+
+def find_bodies(faces: Faces) -> Bodies:
+    """Return the closed surfaces: every edge joins two faces that run along it in opposite ways."""
+    corner = welded(faces.vertices.reshape(-1, 3)).reshape(-1, 4)
+    start, end = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
+    face = np.repeat(np.arange(len(faces)), 4)
+    real = start != end
+    start, end, face = start[real], end[real], face[real]
+    size = corner.max(initial=0) + 1
+    edge, which = np.unique(
+        np.minimum(start, end) * size + np.maximum(start, end), return_inverse=True
+    )
+    which = which.ravel()
+    uses = np.bincount(which, minlength=len(edge))
+    turn = np.bincount(which, weights=np.where(start < end, 1, -1), minlength=len(edge))
+    first = np.zeros(len(edge), int)
+    first[which[::-1]] = face[::-1]
+    joined = coo_array((np.ones(len(face)), (face, first[which])), shape=(len(faces),) * 2)
+    label = connected_components(joined, directed=False)[1]
+    broken = np.unique(label[face[((uses != 2) | (turn != 0))[which]]])
+    kept = np.setdiff1d(np.unique(label), broken)
+    number = np.full(label.max(initial=-1) + 1, len(kept))
+    number[kept] = np.arange(len(kept))
+    return Bodies(number[label], len(kept))
+
+
+def free_of(
+    corners: np.ndarray, plane: np.ndarray, normal: np.ndarray, points: np.ndarray, slack: float
+) -> np.ndarray:
+    """Return (n,) bool: polygons that surely lie on the free side of one body.
+
+    A convex body is judged by its planes; of another one that looks outward, what lies beside the
+    box about it is free.
+
+    Parameters
+    ----------
+    corners : (k, c, 3)
+        Corners of the body's polygons; ``plane`` (k, 3) a point and ``normal`` (k, 3) of each.
+    points : (n, 4, 3)
+        Corners of the polygons in question.
+    slack : float
+        Distance that counts as touching.
+    """
+    free = np.zeros(len(points), bool)
+    if len(plane) * points.size > LARGEST:
+        return free
+    level = np.einsum("kc,kc->k", plane, normal)
+    own = corners.reshape(-1, 3) @ normal.T - level
+    if own.max() <= slack or own.min() >= -slack:
+        height = (points.reshape(-1, 3) @ normal.T - level).reshape(len(points), 4, len(plane))
+        front = height.min(axis=1) >= -slack
+        return front.any(axis=1) if own.max() <= slack else front.all(axis=1)
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    beside = np.any((points.min(axis=1) >= high - slack) | (points.max(axis=1) <= low + slack), 1)
+    return beside & (_volume(corners) > 0)
+
+
+def _volume(corners) -> float:
+    """Return the volume inside polygons (k, c, 3) that look outward; negative where inward."""
+    middle = corners.mean(axis=(0, 1))
+    r = corners - middle
+    fans = np.cross(r[:, 1:-1], r[:, 2:]).sum(axis=1)
+    return float(np.einsum("kc,kc->", r[:, 0], fans)) / 6.0

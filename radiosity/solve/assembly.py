@@ -1,0 +1,126 @@
+"""The form factors between a scene's patches: assembled, or reused where they fit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.scene.model import Scene
+from radiosity.solve.plan import check_memory, make_plan
+from radiosity.solve.reach import Reach, find_reach
+from radiosity.transport.closure import BOUND, repaired
+from radiosity.transport.factors import form_factors
+from radiosity.transport.operator import FormFactors
+from radiosity.transport.threads import Progress, silent
+
+FITS = 1e-9  # relative difference of areas that rounding in another order explains
+
+
+@dataclass(frozen=True)
+class SceneFactors:
+    """What a scene's rows are, and the form factors between them.
+
+    Attributes
+    ----------
+    factors : FormFactors
+        The rows are ``reach.patches``: all fronts, then the backs that light reaches. Rows that
+        light does not reach have area 0, so that factors with other lit sides do not fit.
+    reach : Reach
+    """
+
+    factors: FormFactors
+    reach: Reach
+
+
+def scene_factors(
+    scene: Scene,
+    accuracy: float = 0.02,
+    *,
+    mesh: str = "auto",
+    repair: bool = True,
+    seed: int = 0,
+    memory: float | None = None,
+    progress: Progress = silent,
+) -> SceneFactors:
+    """Return the form factors that `radiosity.solve` computes for a scene.
+
+    Parameters
+    ----------
+    scene, accuracy, mesh, seed, memory, progress
+        As for `radiosity.solve.solve.solve`; only what decides which sides are lit matters of the
+        scene's materials and lights.
+    repair : bool
+        Close the rows, as `solve` does.
+
+    Raises
+    ------
+    ValueError
+        Accuracy or mesh out of range.
+    Refused
+        The matrix would not fit into ``memory``.
+    NotClosable
+        The rows cannot be closed.
+
+    Examples
+    --------
+    >>> import radiosity
+    >>> scene = radiosity.load("scenes/box6.toml")
+    >>> found = scene_factors(scene, 0.1, mesh="1")
+    >>> found.factors.shape
+    (6, 6)
+    >>> solution = radiosity.solve(scene, 0.1, mesh="1", factors=found.factors)
+    """
+    plan = make_plan(scene.faces, accuracy, mesh)
+    check_memory(plan.cells, memory)
+    reach = find_reach(scene, plan.shape, seed)
+    check_memory(len(reach.patches), memory)
+    raw = raw_factors(reach, plan.factors, seed, progress)
+    f = repaired(raw) if repair else raw
+    lit = np.where(reach.live, f.area, 0.0)
+    return SceneFactors(FormFactors(f.exchange, lit, f.error, f.openness, f.raw_closure), reach)
+
+
+def raw_factors(reach: Reach, accuracy: float, seed: int, progress: Progress) -> FormFactors:
+    """Return the factors between live patches and to what they see of the outside, not closed."""
+    return form_factors(reach.patches, reach.visibility, reach.live, accuracy, seed, progress)
+
+
+def fitted(factors: FormFactors, reach: Reach) -> FormFactors:
+    """Return saved factors as those of a scene's patches; rows left open are closed.
+
+    Raises
+    ------
+    ValueError
+        Where the rows are not the scene's: names the first that differs, and the way out.
+    NotClosable
+        The rows cannot be closed.
+    """
+    wanted = np.where(reach.live, reach.patches.area, 0.0)
+    problem = _misfit(factors.area, wanted, reach)
+    if problem:
+        raise ValueError(
+            f"the form factors do not fit the scene: {problem}. Make them anew with the options "
+            "of the solution: radiosity formfactors SCENE --mesh .. --accuracy .. -o F.npz (those "
+            "of a bare mesh fit under --mesh input where light reaches the front of every face "
+            "and no back)"
+        )
+    area = np.where(reach.live, factors.area, reach.patches.area)
+    same = FormFactors(factors.exchange, area, factors.error, factors.openness, factors.raw_closure)
+    return same if np.abs(same.closure).max(initial=0.0) <= BOUND else repaired(same)
+
+
+def _misfit(area, wanted, reach) -> str | None:
+    """Return which row differs first and how, or None."""
+    n = min(len(area), len(wanted))
+    other = np.flatnonzero(np.abs(area[:n] - wanted[:n]) > FITS * np.maximum(area[:n], wanted[:n]))
+    counts = f"{len(area)} rows, the scene has {len(wanted)}"
+    if len(other) == 0:
+        return None if len(area) == len(wanted) else f"they have {counts}"
+    k = int(other[0])
+    where = f"row {k}, the {'front' if reach.patches.front[k] else 'back'} of a cell of face "
+    where += f"{reach.patches.face[k]}, "
+    counts = f" ({counts})" if len(area) != len(wanted) else ""
+    if wanted[k] == 0:
+        return f"{where}has area {area[k]:.12g} in them, but light does not reach it{counts}"
+    if area[k] == 0:
+        return f"{where}has no area in them, but light reaches it now{counts}"
+    return f"{where}has area {area[k]:.12g} in them and {wanted[k]:.12g} in the scene{counts}"

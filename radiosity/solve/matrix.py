@@ -1,0 +1,121 @@
+"""The form factors of any mesh: from what users hold to a `FormFactors`."""
+
+import os
+
+import numpy as np
+
+from radiosity.mesh.contact import Contacts, find_contacts
+from radiosity.mesh.faces import Faces
+from radiosity.mesh.given import Given, given_mesh
+from radiosity.mesh.patches import make_patches
+from radiosity.scene.files import read_geometry
+from radiosity.solve.plan import check_fits
+from radiosity.transport.closure import repaired
+from radiosity.transport.factors import form_factors as assemble
+from radiosity.transport.operator import FormFactors
+from radiosity.transport.threads import Progress, silent
+from radiosity.transport.visibility import Visibility
+
+TIGHTEST, LOOSEST = 1e-9, 0.5
+BYTES = 32  # an entry at the peak; 28 measured
+
+
+def form_factors(
+    mesh,
+    accuracy: float = 1e-3,
+    *,
+    obstructions=None,
+    two_sided: bool = False,
+    repair: bool = True,
+    seed: int = 0,
+    memory: float | None = None,
+    progress: Progress = silent,
+) -> FormFactors:
+    """Return the form factors between the faces of a mesh (E1).
+
+    Parameters
+    ----------
+    mesh : trimesh.Trimesh, pyvista.PolyData, (vertices, faces) or path
+        Faces are counter-clockwise seen from the side that radiates; row k is face k. Polygons
+        of any number of corners, concave ones too. A file's faces are rows as they are read.
+    accuracy : float
+        Asked bound of the sum over j of |error of F_ij| in every row.
+    obstructions : like ``mesh``, optional
+        Faces that block but are no rows.
+    two_sided : bool
+        Backs radiate too: rows n to 2 n - 1 are the backs of rows 0 to n - 1.
+    repair : bool
+        Close the rows, see `radiosity.transport.closure.repaired`; ``raw_closure`` keeps the
+        defects before.
+    seed : int
+        Of all sample patterns.
+    memory : float, optional
+        Bytes that may be used; half of what is free by default.
+    progress : callable
+        Called as ``progress(stage, done, total)``.
+
+    Returns
+    -------
+    FormFactors
+        Areas in squared units of the mesh, without what another face covers in contact; rows
+        that are covered or see nothing are 0 and listed in ``sealed``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        The mesh or an option is wrong; the text says where, the bound and the way out.
+    Refused
+        The matrix would not fit into ``memory``.
+    NotClosable
+        The rows cannot be closed.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> room = trimesh.creation.box()
+    >>> room.invert()
+    >>> F = form_factors(room, accuracy=1e-6)
+    >>> F.shape, bool(abs(F.row_sums() - 1).max() < 1e-12)
+    ((12, 12), True)
+    """
+    if not TIGHTEST <= accuracy <= LOOSEST:
+        raise ValueError(f"accuracy = {accuracy:g} must lie in [{TIGHTEST:g}, {LOOSEST:g}]")
+    given, blocking = _read(mesh, "mesh"), _read(obstructions, "obstructions")
+    check_memory(len(given.faces) * (2 if two_sided else 1), memory)
+    faces = Faces.concatenate([given.faces, blocking.faces])
+    patches = _exposed(faces, given.faces)
+    if two_sided:
+        patches = patches.with_backs(np.ones(len(patches), bool))
+    check_memory(len(patches), memory)
+    live = np.concatenate([~patches.covered, patches.behind[patches.back_of >= 0, 1] < 0])
+    visibility = Visibility(faces)
+    raw = assemble(patches, visibility, live, accuracy, seed, progress)
+    raw = FormFactors(raw.exchange, np.where(live, raw.area, 0.0), raw.error, raw.openness)
+    owner = given.owner[patches.face] + np.where(patches.front, 0, given.count)
+    count = given.count * (2 if two_sided else 1)
+    if len(owner) != count or not np.array_equal(owner, np.arange(count)):
+        raw = raw.grouped(owner, count)
+    return repaired(raw) if repair else raw
+
+
+def _read(mesh, name) -> Given:
+    """Return the pieces of a mesh, of a file's mesh, or of none."""
+    if mesh is None:
+        return Given(Faces.concatenate([]), np.empty(0, int), 0)
+    if isinstance(mesh, str | os.PathLike):
+        return given_mesh(read_geometry(mesh, merge=False).faces)
+    return given_mesh(mesh, name)
+
+
+def _exposed(faces: Faces, rows: Faces):
+    """Return a patch for every piece of the rows that contact with any face cuts them into."""
+    contacts = find_contacts(faces, np.zeros(len(faces), bool))
+    own = Contacts({f: c for f, c in contacts.faces.items() if f < len(rows)})
+    shape = np.where(rows.is_triangle[:, None], [1, 0], [1, 1])
+    return make_patches(rows, shape, own)
+
+
+def check_memory(rows: int, limit: float | None) -> None:
+    """Raise `Refused` where factors between so many rows would not fit."""
+    way_out = "merge faces, or allow more with --memory"
+    check_fits(f"form factors of {rows} faces", BYTES * rows**2, limit, way_out)

@@ -1,0 +1,93 @@
+"""What rows send to no other row: the outside, obstructions and backs, by rays of its own."""
+
+import numpy as np
+from numba import njit
+
+from radiosity.mesh.patches import Patches
+from radiosity.transport.operator import Openness
+from radiosity.transport.polygon import bilinear
+from radiosity.transport.sampling import cosine_direction, hashed, sobol
+from radiosity.transport.threads import over_ranges
+from radiosity.transport.visibility import LIFT, Visibility
+
+FEWEST, MOST = 64, 4096  # rays from a row
+AT_ONCE = 1 << 17  # rays that a scene of few rows gets at least, so that small holes are found
+CHUNK = 1 << 15
+OTHER = 1 << 40
+OUTSIDE, ROW, SURFACE = 0, 1, 2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _aim(rows, vertices, normals, first, count, seed, centre, scale, lift, start, direction):
+    x, d = np.empty(3), np.empty(3)
+    for m in range(len(rows)):
+        i = rows[m]
+        n = normals[i]
+        place, way = hashed(i, OTHER, seed), hashed(i, OTHER + 1, seed)
+        for k in range(count):
+            r = m * count + k
+            s, t = sobol(first + k, 0, place), sobol(first + k, 1, place >> np.uint64(32))
+            bilinear(vertices[i], s, t, x)
+            u, v = sobol(first + k, 2, way), sobol(first + k, 3, way >> np.uint64(32))
+            cosine_direction(u, v, n, d)
+            for c in range(3):
+                start[r, c] = (x[c] - centre[c]) * scale + lift * n[c]
+                direction[r, c] = d[c]
+
+
+def measure_openness(
+    patches: Patches,
+    visibility: Visibility,
+    live: np.ndarray,
+    accuracy: float,
+    seed: int = 0,
+) -> Openness:
+    """Return what each row sends to no row, by cosine-distributed rays from all over it.
+
+    Few rays for every row; for those that see anything but rows, more until the error of N points
+    in four dimensions on either side of an edge, sqrt(s (1 - s)) N^(-0.6), meets ``accuracy``.
+
+    Parameters
+    ----------
+    live : (n,) bool
+        Rows; the others get 0. A ray that meets a side of a face without any row ends on no row.
+    accuracy : float
+        Of the share.
+    """
+    rows = np.flatnonzero(live)
+    count = int(np.clip(1 << int(np.log2(max(1, AT_ONCE // max(1, len(rows))))), FEWEST, MOST))
+    met = np.zeros((len(patches), 3))
+    is_row = np.zeros((len(visibility.face_normal), 2), bool)
+    is_row[patches.face[live], patches.front[live].astype(int)] = True
+    _trace(met, rows, range(count), patches, visibility, is_row, seed)
+    open_rows = rows[met[rows, ROW] < count]
+    wanted = int(np.clip((0.5 / accuracy) ** (1.0 / 0.6), count, MOST))
+    if wanted > count:
+        _trace(met, open_rows, range(count, wanted), patches, visibility, is_row, seed)
+    total = np.maximum(met.sum(axis=1), 1.0)
+    share = 1.0 - np.where(live, met[:, ROW] / total, 1.0)
+    spread = np.sqrt(np.maximum(share * (1.0 - share), 1.0 / total)) * total**-0.6
+    return Openness(share, np.where(share > 0, spread, 0.0), met[:, SURFACE] / total)
+
+
+def _trace(met, rows, samples, patches, visibility, is_row, seed):
+    """Add to met (n, 3) how many rays from the rows end outside, on rows and on other surfaces."""
+    count = len(samples)
+    step = max(1, CHUNK // count)
+
+    def work(a, b):
+        block = rows[a:b]
+        start = np.empty((len(block) * count, 3), np.float32)
+        direction = np.empty_like(start)
+        _aim(
+            block, patches.vertices, patches.normal, samples.start, count, seed,
+            visibility.centre, visibility.scale, LIFT, start, direction,
+        )  # fmt: skip
+        face, _ = visibility.first_hits(start, direction)
+        front = np.einsum("kc,kc->k", direction, visibility.face_normal[face]) < 0
+        kind = np.where(face < 0, OUTSIDE, np.where(is_row[face, front.astype(int)], ROW, SURFACE))
+        kind = kind.reshape(len(block), count)
+        for k in (OUTSIDE, ROW, SURFACE):
+            met[block, k] += np.count_nonzero(kind == k, axis=1)
+
+    over_ranges(work, len(rows), step)
