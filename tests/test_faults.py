@@ -7,15 +7,16 @@ the tests of those kernels.)
 
 import numpy as np
 import pytest
-from scenes_for_tests import SQUARE, box, mean_of, scene
+from scenes_for_tests import SQUARE, box, faces_of, mean_of, meshed, scene
 
+import radiosity
 from radiosity.analytic import box_radiosity, point_to_parallel_rectangle
 from radiosity.mesh.patches import Patches
 from radiosity.solve.methods import NotConverged
 from radiosity.solve.solve import solve
+from radiosity.transport.closure import NotClosable
 from radiosity.transport.irradiance import AreaLights
-from radiosity.transport.operator import FormFactors
-from radiosity.transport.visibility import Visibility
+from radiosity.transport.operator import FormFactors, Openness
 
 DIMS, RHO, LAMP = (4, 3, 2.5), [0.2, 0.7, 0.5, 0.3, 0.6, 0.4], [0, 1.0, 0, 0, 0, 0.3]
 SCREEN = np.array([[0.25, 0.25, 0.75], [0.75, 0.25, 0.75], [0.75, 0.75, 0.75], [0.25, 0.75, 0.75]])
@@ -46,6 +47,19 @@ def squares_with_a_screen():
     return abs(e / SCREENED - 1)
 
 
+def raw_rows():
+    """Rows of a room and of one that a wall divides in part, before they are closed."""
+    wall = [[[2, 0, 0], [2, 1.5, 0], [2, 1.5, 2.5], [2, 0, 2.5]]]
+    whole = box((0, 0, 0), DIMS)
+    worst = 0.0
+    for polygons in (whole, np.concatenate([whole, wall, np.array(wall)[:, ::-1]])):
+        _, _, patches = meshed(faces_of(polygons), 4)
+        corners = patches.vertices[~patches.covered].reshape(-1, 3)
+        factors = radiosity.form_factors((corners, np.arange(len(corners)).reshape(-1, 4)), 1e-4)
+        worst = max(worst, np.abs(factors.raw_closure).max())
+    return worst
+
+
 def a_lamp_over_points():
     polygons = np.array([2 * SQUARE, SQUARE[::-1] + [0, 0, 1]])
     solution = solve(scene(polygons, 0.0, [0, 1.0]), 0.05, mesh="1")
@@ -56,9 +70,10 @@ def a_lamp_over_points():
 
 SUITE = {
     box_of_six: 1e-6,  # factors to 1e-8, the solver to 1e-7
-    furnace_of_unequal_patches: 1e-6,  # row sums to 1e-8, times 1/(1 - rho)
+    furnace_of_unequal_patches: 1e-6,  # rows are closed: the solver to 1e-7
     balance: 1e-6,  # the same
-    squares_with_a_screen: 1e-2,  # 16 rays for each of 1296 pairs
+    squares_with_a_screen: 1e-2,  # the accuracy asked
+    raw_rows: 1e-4,  # the accuracy asked
     a_lamp_over_points: 1e-12,  # Lambert's sum is exact
 }
 
@@ -71,7 +86,7 @@ def caught():
 def error_of(check):
     try:
         return check()
-    except NotConverged:
+    except (NotConverged, NotClosable):
         return np.nan
 
 
@@ -111,28 +126,36 @@ def fault_in_area(patch):
     """Rows divided by the mean area: wrong only where patches differ."""
     from radiosity.transport import factors
 
-    patch(
-        factors, "FormFactors", lambda exchange, area: FormFactors(exchange, 0 * area + area.mean())
-    )
+    def averaged(exchange, area, *rest):
+        return FormFactors(exchange, 0 * area + area.mean(), *rest)
+
+    patch(factors, "FormFactors", averaged)
 
 
 def fault_in_visibility(patch):
-    patch(Visibility, "blocked", lambda self, origins, spans: np.zeros(len(origins), bool))
+    """Blockers forgotten."""
+    from radiosity.transport import visibility
+
+    original = visibility.make_blockers
+
+    def forgotten(corners, count, normal, body, grain):
+        return original(corners[:0], count[:0], normal[:0], body[:0], grain)
+
+    patch(visibility, "make_blockers", forgotten)
 
 
 def fault_in_convexity(patch):
-    """Every scene taken for a convex one, so that no shadow rays are sent."""
-    from radiosity.transport import visibility
+    """Every face taken for one on the hull of the scene, which cannot block."""
+    from radiosity.transport import blockers
 
-    patch(visibility, "_is_convex", lambda faces: True)
+    patch(blockers, "_on_the_hull", lambda corners, *rest: np.ones(len(corners), bool))
 
 
-def fault_in_shares(patch):
-    """Rays counted without their weight cos cos'/r^2, seen from too near."""
+def fault_in_openness(patch):
+    """An open scene taken for a closed one, so that its rows are filled up to 1."""
     from radiosity.transport import factors
 
-    original = factors.seen_share
-    patch(factors, "seen_share", lambda *args: original(*args) ** 1.1)
+    patch(factors, "measure_openness", lambda patches, *rest: Openness.closed(len(patches)))
 
 
 def fault_in_cosine(patch):
@@ -141,11 +164,12 @@ def fault_in_cosine(patch):
 
     original = factors._rows
 
-    def without(first, stop, live, v, n, c, r, rules, exchange):
-        original(first, stop, live, v, n, c, r, rules, exchange)
+    def without(first, stop, live, geometry, *rest):
+        original(first, stop, live, geometry, *rest)
+        exchange, c = rest[-2], geometry.centroid
         for i in range(first, stop):
             d = c - c[i]
-            cosine = d @ n[i] / np.maximum(np.linalg.norm(d, axis=1), 1e-300)
+            cosine = d @ geometry.normal[i] / np.maximum(np.linalg.norm(d, axis=1), 1e-300)
             exchange[i] /= np.where(exchange[i] > 0, np.maximum(cosine, 0.05), 1.0)
 
     patch(factors, "_rows", without)
@@ -182,21 +206,27 @@ def fault_in_quadrature(patch):
     """Gauss weights that do not add up to 1."""
     from radiosity.transport import factors
 
-    patch(factors, "GAUSS", tuple((x, 1.001 * w) for x, w in factors.GAUSS))
+    original = factors.make_geometry
+
+    def heavier(*args):
+        made = original(*args)
+        return made._replace(weights=1.001 * made.weights)
+
+    patch(factors, "make_geometry", heavier)
 
 
 FAULTS = {
     fault_in_reflectance: {"box_of_six", "furnace_of_unequal_patches"},
     fault_in_pi_of_emission: {"box_of_six", "furnace_of_unequal_patches", "squares_with_a_screen"},
     fault_in_pi_of_lamps: {"a_lamp_over_points", "furnace_of_unequal_patches"},
-    fault_in_area: {"box_of_six", "furnace_of_unequal_patches"},
+    fault_in_area: {"box_of_six"},
     fault_in_visibility: {"squares_with_a_screen"},
     fault_in_convexity: {"squares_with_a_screen"},
-    fault_in_shares: {"squares_with_a_screen"},
-    fault_in_cosine: {"box_of_six", "furnace_of_unequal_patches", "balance"},
+    fault_in_openness: {"squares_with_a_screen"},
+    fault_in_cosine: {"box_of_six", "squares_with_a_screen", "raw_rows"},
     fault_in_cosine_at_points: {"a_lamp_over_points", "furnace_of_unequal_patches"},
     fault_in_normals: {"box_of_six", "furnace_of_unequal_patches"},
-    fault_in_quadrature: {"box_of_six", "furnace_of_unequal_patches", "balance"},
+    fault_in_quadrature: {"raw_rows"},
 }
 
 

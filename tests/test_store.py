@@ -72,7 +72,8 @@ def test_npz_is_readable_with_numpy_alone(tmp_path):
         assert file["error"].dtype == np.float32 and file["error"].shape == (9, 9)
         assert file["reciprocity"] == 0.0 and file["version"] == 1
         assert set(file.files) == {
-            "F", "area", "environment", "environment_error", "error", "closure_raw", "closure",
+            "F", "absorbed", "area", "environment", "environment_error", "error", "closure_raw",
+            "closure",
             "reciprocity", "rounding", "version",
         }  # fmt: skip
 
@@ -102,7 +103,7 @@ def changed(key, at, value):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"F": None}, "key 'F' is missing; the file has area, closure, closure_raw"),
+        ({"F": None}, "key 'F' is missing; the file has absorbed, area, closure, closure_raw"),
         ({"error": None}, "key 'error' is missing"),
         ({"version": None}, "key 'version' is missing"),
         ({"version": 2}, "version = 2 must be 1"),

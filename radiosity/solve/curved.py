@@ -155,7 +155,7 @@ def _hemisphere(g, n):
 
 
 def _concentric_spheres(g, n):
-    f = between(sphere(g["r1"], 3 * n), sphere(g["r2"], 4 * n, inward=True))
+    f = between(sphere(g["r1"], n), sphere(g["r2"], 4 * n // 3, inward=True))
     return np.array([f[0, 1], f[1, 0], f[1, 1]])
 
 
@@ -183,7 +183,7 @@ SHAPES = {
     "cone_interior": (_cone_interior, 32, 3e-3),
     "frustum_interior": (_frustum_interior, 32, 3e-3),
     "hemisphere": (_hemisphere, 8, 1e-2),
-    "concentric_spheres": (_concentric_spheres, 1, 3e-2),
+    "concentric_spheres": (_concentric_spheres, 3, 3e-2),
     "disk_ring": (_disk_ring, 32, 1e-5),
     "disk_blocker": (_disk_blocker, 8, 3e-2),
 }

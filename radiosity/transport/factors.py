@@ -20,6 +20,7 @@ from radiosity.transport.exchange import (
     GRAZING,
     Geometry,
     exchange_area,
+    least_certain,
     load_fronts,
     make_geometry,
     make_room,
@@ -158,7 +159,8 @@ def _rows(
                     continue
                 j = start + k
                 value = max(0.0, product[needed[k], k])
-                doubt = asked[0] * value
+                least = least_certain(geometry, i, j, table[SQUARE, k])
+                doubt = asked[0] * max(value, least)
                 if needed[k] == 0:
                     value, doubt = exchange_area(geometry, i, j, asked[0], spaces.room)
                 if counts[k] != 0 and value > 0.0:

@@ -61,6 +61,11 @@ class Visibility:
         TriangleMesh(self._scene, local.reshape(-1, 3), index)
         self.blocked(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # commits
 
+    @property
+    def unobstructed(self) -> bool:
+        """Whether no face can come between two points of the scene, as in a convex enclosure."""
+        return len(self.blockers.count) == 0
+
     def free_sides(self, patches: Patches) -> np.ndarray:
         """Return (n, bodies + 1) bool: on which bodies' free side a patch surely lies.
 
