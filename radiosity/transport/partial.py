@@ -19,6 +19,7 @@ DEEPEST = 16
 FAILED = -1.0
 SHARE, SEEN, HIDDEN_PART = 0, 1, 2
 ROUGH = 10.0
+DOUBT = 2.0  # error of a mean over the difference of its rules: kinks fool both at once, if rarely
 LEAK = 1e3  # a share of so many grains is what rounding leaves of a hidden polygon
 
 _G, _C = 0.5 / math.sqrt(3.0), 0.48
@@ -129,7 +130,7 @@ def _adaptive(polygon, normal, target, tolerance, measure, shadows, cells, quad,
             if done or left + 4 > len(cells):
                 seen += TILT * inner + (1.0 - TILT) * out[0]
                 whole += TILT * of_inner + (1.0 - TILT) * out[1]
-                error += 0.5 * apart
+                error += DOUBT * apart
                 continue
             for part in range(4):
                 row = cells[left + part]

@@ -1,0 +1,253 @@
+"""Form factors of meshes: no leak, closed rows, honest errors, any input, any number of threads."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenes_for_tests import SQUARE, block, box, l_room, rotation
+
+import radiosity
+from radiosity.analytic import load_cases
+from radiosity.solve.plan import Refused
+
+MESHES = Path(__file__).resolve().parent.parent / "benchmarks" / "meshes"
+
+
+def mesh_of(polygons):
+    """Return (vertices, faces) of polygons (n, 4, 3), no vertex shared."""
+    corners = np.asarray(polygons, float).reshape(-1, 3)
+    return corners, np.arange(len(corners)).reshape(-1, 4)
+
+
+def cells(polygons, n):
+    """Return every quadrilateral divided into n x n."""
+    s, t = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    found = []
+    for a, b, c, d in np.asarray(polygons, float):
+        s_, t_ = s[..., None], t[..., None]
+        x = (1 - s_) * (1 - t_) * a + s_ * (1 - t_) * b + s_ * t_ * c + (1 - s_) * t_ * d
+        quads = np.stack([x[:-1, :-1], x[1:, :-1], x[1:, 1:], x[:-1, 1:]], axis=2)
+        found.append(quads.reshape(-1, 4, 3))
+    return np.concatenate(found)
+
+
+@cache
+def furnished(name="room_324"):
+    """Return the closed Cornell room with two blocks (n, 4, 3), in units of its height."""
+    vertices, faces = [], []
+    for line in (MESHES / f"{name}.obj").read_text().splitlines():
+        kind, *rest = line.split() or [""]
+        if kind == "v":
+            vertices.append([float(x) for x in rest])
+        elif kind == "f":
+            faces.append([int(x) - 1 for x in rest])
+    return np.array(vertices)[np.array(faces)] / 548.8
+
+
+def with_block():
+    standing = block((0.3, 0.2, 0), (0.7, 0.6, 0.5))
+    return np.concatenate([cells(box((0, 0, 0), (1, 1, 1)), 3), standing])
+
+
+ROOMS = {"furnished": furnished, "block": with_block, "l_room": l_room}
+
+
+# ------------------------------------------------------------------------------- leaks
+
+
+@pytest.mark.parametrize("name", ROOMS)
+@pytest.mark.parametrize("gap", [0.1, 1e-4])
+def test_a_shell_around_a_closed_room_receives_exactly_nothing(name, gap):
+    room = ROOMS[name]()
+    low, high = room.min(axis=(0, 1)), room.max(axis=(0, 1))
+    shell = cells(box(low - gap, high + gap), 2)
+    rng = np.random.default_rng(3)
+    places = [(1.0, 0.0, 0.1), (1e-3, 0.0, 0.01), (1e3, 0.0, 0.1), (1.0, 1e6, 0.1)]
+    if name != "furnished":
+        places.append((1.0, 0.0, 1e-4))
+    for scale, offset, accuracy in places:
+        turn = rotation(rng) if scale != 1.0 else np.eye(3)
+        polygons = np.concatenate([room, shell]) @ turn.T * scale + offset
+        raw = radiosity.form_factors(mesh_of(polygons), accuracy, repair=False)
+        assert np.all(raw.exchange[: len(room), len(room) :] == 0), (scale, offset)
+        assert np.all(raw.exchange[len(room) :, : len(room)] == 0)
+
+
+# ------------------------------------------------------------------------------- closure
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_rows_of_closed_rooms(name):
+    factors = radiosity.form_factors(mesh_of(ROOMS[name]()), 1e-3)
+    assert factors.is_closed
+    assert np.abs(factors.raw_closure).max() < 1e-3  # as asked
+    exposed = factors.exposed
+    assert factors.row_sums()[exposed] == pytest.approx(1.0, abs=1e-12)  # rounding
+    f, area = factors.toarray(), factors.area
+    flow = area[:, None] * f
+    assert np.abs(flow - flow.T).max() <= 1e-14 * flow.max()
+    assert f.min() == 0.0
+    # the bottom on which the block stands
+    assert len(factors.sealed) == (1 if name == "block" else 0)
+
+
+def test_a_block_half_through_the_floor():
+    """Patches that are half inside of it are cut; what is inside sees the block's backs."""
+    sunk = block((0.3, 0.2, -0.5), (0.7, 0.6, 0.5))
+    room = np.concatenate([cells(box((0, 0, 0), (1, 1, 1)), 3), sunk])
+    factors = radiosity.form_factors(mesh_of(room), 1e-3)
+    total = factors.row_sums() + factors.openness.share
+    assert total[factors.exposed] == pytest.approx(1.0, abs=1e-12)  # rounding
+    ceiling = slice(9, 18)
+    assert np.abs(factors.raw_closure[ceiling]).max() < 1e-3  # as asked
+
+
+@pytest.mark.slow
+def test_rows_of_the_finer_room():
+    factors = radiosity.form_factors(mesh_of(furnished("room_1296")), 1e-3)
+    assert np.abs(factors.raw_closure).max() < 1e-3  # as asked
+    assert factors.row_sums() == pytest.approx(1.0, abs=1e-12)  # rounding
+
+
+# ------------------------------------------------------------------------------- errors
+
+
+@cache
+def truth():
+    return radiosity.form_factors(mesh_of(furnished()), 1e-4, repair=False)
+
+
+@pytest.mark.parametrize("accuracy", [0.3, 0.1, 0.03, 0.01])
+def test_row_errors_are_what_was_asked_and_what_is_estimated(accuracy):
+    factors = radiosity.form_factors(mesh_of(furnished()), accuracy, repair=False)
+    error = np.abs(factors.exchange - truth().exchange).sum(axis=1) / factors.area
+    assert error.max() <= accuracy
+    # two estimates: the reference errs as well
+    covered = error <= factors.row_errors() + truth().row_errors()
+    assert covered.mean() >= 0.95
+    assert error.max() < 0.2 * accuracy + 1e-4  # far below: shadows fill a part of each row only
+
+
+def test_surfaces_agree_with_monte_carlo():
+    """18 surfaces of the room against 2^20 rays each, good to about 5e-5."""
+    table = np.loadtxt(MESHES / "room_surface_factors.csv", delimiter=",")
+    text = (MESHES / "room_324.obj").read_text().splitlines()
+    group, labels = -1, []
+    for line in text:
+        group += line.startswith("g ")
+        if line.startswith("f "):
+            labels.append(group)
+    factors = radiosity.form_factors(mesh_of(furnished()), 0.01).grouped(np.array(labels))
+    assert np.sqrt(np.mean((factors.toarray() - table) ** 2)) < 5e-5  # the table's own error
+    assert factors.row_sums() == pytest.approx(1.0, abs=1e-12)  # rounding
+
+
+@pytest.mark.parametrize("case", load_cases("vf_obstructed"), ids=lambda c: c["id"])
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-5])
+def test_obstructed_cases(case, accuracy):
+    g = case["geometry"]
+    if "A1" not in g:
+        pytest.skip("a whole matrix: `radiosity verify` has it")
+    factors = radiosity.form_factors(
+        mesh_of([g["A1"], g["A2"]]), accuracy, obstructions=mesh_of(g["blockers"]), repair=False
+    )
+    assert factors.toarray()[0, 1] == pytest.approx(case["value"], abs=accuracy)
+    assert abs(factors.toarray()[0, 1] - case["value"]) <= factors.row_errors()[0] + 1e-9
+
+
+# ------------------------------------------------------------------------------- threads
+
+
+@pytest.mark.parametrize("repair", [True, False])
+def test_threads_and_runs_change_no_bit(repair, monkeypatch):
+    found = []
+    for threads in ("1", "2", "2"):
+        monkeypatch.setenv("RADIOSITY_THREADS", threads)
+        found.append(radiosity.form_factors(mesh_of(furnished()), 0.1, repair=repair))
+    for other in found[1:]:
+        assert np.array_equal(found[0].exchange, other.exchange)
+        assert np.array_equal(found[0].error, other.error)
+        assert np.array_equal(found[0].environment, other.environment)
+
+
+# ------------------------------------------------------------------------------- input
+
+OPPOSITE = np.stack([SQUARE, SQUARE[::-1] + [0, 0, 1.0]])
+F12 = 0.19982489569838738  # Howell C-11
+
+
+def test_the_environment_is_what_opposite_squares_do_not_see():
+    factors = radiosity.form_factors(mesh_of(OPPOSITE), 1e-3)
+    assert factors.toarray()[0, 1] == pytest.approx(F12, rel=1e-9)  # its error is known as nil
+    assert factors.environment == pytest.approx(1 - F12, abs=1e-12)  # so this takes the defect
+    measured = radiosity.form_factors(mesh_of(OPPOSITE), 1e-3, repair=False)
+    wrong = np.abs(measured.environment - (1 - F12))
+    assert np.all(wrong < 3 * measured.openness.error)
+    assert not measured.is_closed
+
+
+def test_meshes_of_any_kind_give_the_same_rows():
+    import pyvista
+    import trimesh
+
+    room = trimesh.creation.box()
+    room.invert()
+    expected = radiosity.form_factors(room, 1e-6).toarray()
+    poly = pyvista.PolyData(room.vertices, np.insert(room.faces, 0, 3, axis=1))
+    for mesh in (poly, (room.vertices, room.faces), (room.vertices.tolist(), room.faces.tolist())):
+        assert np.array_equal(radiosity.form_factors(mesh, 1e-6).toarray(), expected)
+    assert expected.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_two_sided_rows_and_obstructions():
+    sheet = 0.5 * SQUARE + [0.25, 0.25, 0.75]
+    factors = radiosity.form_factors(
+        mesh_of(OPPOSITE), 1e-4, obstructions=mesh_of([sheet]), two_sided=True
+    )
+    f = factors.toarray()
+    assert f.shape == (4, 4)
+    assert f[0, 1] == pytest.approx(0.11562060213241498, abs=1e-4)  # Walton & Shapiro
+    assert np.all(f[2:] == 0)
+    assert factors.environment[2:] == pytest.approx(1.0)
+    assert np.all(factors.openness.absorbed[:2] > 0.05)  # the sheet
+
+
+def test_concave_rows_and_rows_without_area():
+    corners = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0],
+                        [0, 1, 1], [1, 1, 1], [1, 0, 1], [0, 0, 1]], float)  # fmt: skip
+    faces = [[0, 1, 2, 3, 4, 5], [0, 1, 1], [6, 7, 8, 9]]
+    factors = radiosity.form_factors((corners, faces), 1e-4)
+    # verification/vf_polygon_pairs.json, concave_L_to_square
+    assert factors.toarray()[0, 2] == pytest.approx(0.12397529133434736, rel=1e-9)
+    assert factors.area == pytest.approx([3.0, 0.0, 1.0])
+    assert factors.sealed.tolist() == [1]
+
+
+def test_files_are_read():
+    factors = radiosity.form_factors(MESHES / "room_324.obj", 0.3)
+    assert factors.shape == (324, 324)
+    with pytest.raises(ValueError, match="does not exist"):
+        radiosity.form_factors(MESHES / "room_325.obj")
+
+
+def test_wrong_input_is_named():
+    bad = SQUARE.copy()
+    bad[2, 1] = np.nan
+    for mesh, message in [
+        (mesh_of([bad]), r"vertex 2 = .*nan.* must be finite"),
+        ((SQUARE, [[0, 1, 2, 7]]), "face 0 = .* names a vertex that does not exist: there are 4"),
+        ((SQUARE, np.array([[0.0, 1, 2]])), "must hold whole numbers"),
+        ((SQUARE, []), "has no faces"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            radiosity.form_factors(mesh)
+    with pytest.raises(TypeError, match="must be a trimesh.Trimesh"):
+        radiosity.form_factors(3.0)
+    with pytest.raises(ValueError, match=r"accuracy = 2 must lie in"):
+        radiosity.form_factors(mesh_of(OPPOSITE), 2.0)
+
+
+def test_more_memory_than_allowed_is_refused_before_the_work():
+    with pytest.raises(Refused, match=r"324 faces need about .* more than the 1.0 MB allowed"):
+        radiosity.form_factors(mesh_of(furnished()), 1e-3, memory=1e6)
