@@ -20,7 +20,12 @@ import peers
 from radiosity.transport.threads import core_count
 
 HERE = Path(__file__).resolve().parent
-MESHES = ("cube_1536", "room_324", "room_1296", "room_5184")
+# Meshes, the accuracies that are asked of us, and that of the reference run, 0 for none.
+ACCURACY = {
+    "cube_1536": (1e-2, 1e-3, 3e-5, 1e-5), "room_324": (0.1, 1e-2, 1e-3),
+    "room_1296": (0.1, 1e-2, 1e-3), "room_5184": (0.1,),
+}  # fmt: skip
+REFERENCE = {"cube_1536": 1e-8, "room_324": 1e-4, "room_1296": 1e-4, "room_5184": 0.0}
 ADJACENT, OPPOSITE = 0.2000437760754032, 0.1998248956983874  # faces of a cube (Howell C-11, C-14)
 VIEW3D = ("1e-4", "1e-6")  # eps; 1e-4 is its default
 BRIEF = 20.0  # seconds that room_5184 may take
@@ -164,7 +169,7 @@ def our_rows(mesh, options, reference):
         return measured(mesh, "radiosity", f"accuracy {accuracy:g}",
                         lambda: ours(mesh, accuracy, options), reference, accuracy)  # fmt: skip
 
-    return [row(accuracy) for accuracy in options.accuracy]
+    return [row(accuracy) for accuracy in options.accuracy or ACCURACY[mesh.name]]
 
 
 def ours(mesh, accuracy, options):
@@ -190,7 +195,7 @@ def peer_rows(mesh, options, reference):
 
 def reference_of(mesh, options):
     """Return the factors that entries are compared with, None where there are none."""
-    accuracy = options.reference.get(mesh.name, options.reference[""])
+    accuracy = options.reference[mesh.name]
     if not accuracy:
         return None
     print(f"{mesh.name}: reference, accuracy {accuracy:g} ...", file=sys.stderr, flush=True)
@@ -300,26 +305,18 @@ def large_room(rows):
 
 
 def report(rows, options):
-    finest = ", ".join(f"{name or 'elsewhere'} {a:g}" for name, a in options.reference.items())
+    finest = ", ".join(f"{name} {a:g}" for name, a in options.reference.items() if a)
     machine = (
         f"{platform.machine()} {platform.system()}, {core_count()} cores; reference: {finest}."
     )
     return f"{table(rows)}\n\n{machine}\n\nAsked:\n" + "\n".join(verdicts(rows)) + "\n" + NOTES
 
 
-def references(texts):
-    """Read `1e-7` or `MESH=1e-5`; 0 is none."""
-    pairs = (text.rpartition("=") for text in texts)
-    asked = {name: float(value) for name, _, value in pairs}
-    return asked if "" in asked else {"": 1e-7, "room_5184": 1e-5} | asked
-
-
 def parsed():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--mesh", action="append", choices=MESHES, help="only this (repeatable)")
-    parser.add_argument("--accuracy", type=float, nargs="+", default=[1e-3, 1e-4, 1e-6])
-    parser.add_argument("--reference", nargs="+", default=[], metavar="[MESH=]ACCURACY",
-                        help="of the reference run: 1e-7, room_5184=1e-5; 0 for none")  # fmt: skip
+    parser.add_argument("--mesh", action="append", choices=ACCURACY, help="only this (repeatable)")
+    parser.add_argument("--accuracy", type=float, nargs="+", help="of ours, on every mesh")
+    parser.add_argument("--reference", type=float, help="accuracy of our reference; 0: none")
     parser.add_argument("--ours-only", action="store_true", help="no peers")
     parser.add_argument("--peer-python", default=sys.executable, metavar="PATH",
                         help="interpreter that has pyviewfactor and raystrack")  # fmt: skip
@@ -328,13 +325,14 @@ def parsed():
     parser.add_argument("--our-timeout", type=float, default=1800.0, help="seconds for three of us")
     parser.add_argument("--write", action="store_true", help="write form_factors.md")
     options = parser.parse_args()
-    options.reference = references(options.reference)
+    given = {} if options.reference is None else dict.fromkeys(ACCURACY, options.reference)
+    options.reference = REFERENCE | given
     return options
 
 
 def main():
     options, rows = parsed(), []
-    for name in options.mesh or MESHES:
+    for name in options.mesh or ACCURACY:
         mesh = Mesh.read(name)
         reference = reference_of(mesh, options)
         rows += our_rows(mesh, options, reference)

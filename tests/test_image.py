@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from radiosity.transport.files import written_whole
 from radiosity.view import image as image_module
-from radiosity.view.files import written_whole
 from radiosity.view.image import Image, exposure_for, tone_map, write
 
 

@@ -33,7 +33,7 @@ def probe(
 
     Example: radiosity probe scenes/cornell_box.toml points.csv -o light.csv
     """
-    from radiosity.view.files import check_place, written_whole
+    from radiosity.transport.files import check_place, written_whole
 
     where = read_points(points)
     if output:

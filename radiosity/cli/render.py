@@ -30,7 +30,7 @@ def render(
 
     Example: radiosity render scenes/cornell_box.toml -o cornell.png --size 512x512
     """
-    from radiosity.view.files import check_place
+    from radiosity.transport.files import check_place
     from radiosity.view.gather import find_camera, picture_size
     from radiosity.view.gather import render as gather
     from radiosity.view.image import check_suffix, write

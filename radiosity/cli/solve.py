@@ -36,8 +36,8 @@ def solve(
 
     Example: radiosity solve scenes/cornell_box.toml -o cornell.vtp
     """
+    from radiosity.transport.files import check_place
     from radiosity.view.export import check_suffix, save
-    from radiosity.view.files import check_place
 
     if output:
         check_suffix(output)

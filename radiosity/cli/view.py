@@ -34,7 +34,7 @@ def view(
 
     Example: radiosity view scenes/cornell_box.toml
     """
-    from radiosity.view.files import check_place
+    from radiosity.transport.files import check_place
     from radiosity.view.gather import find_camera, picture_size, render
     from radiosity.view.image import check_suffix, write
     from radiosity.view.window import display_available, show

@@ -38,7 +38,8 @@ def _sweep(exchange, area, rho, emission, b):
                 for k in range(bands):
                     arriving[k] += f * b[j, k]
         for k in range(bands):
-            b[i, k] = emission[i, k] + rho[i, k] * arriving[k] / area[i]
+            incident = arriving[k] / area[i] if area[i] > 0.0 else 0.0
+            b[i, k] = emission[i, k] + rho[i, k] * incident
 
 
 def contraction(factors: FormFactors, rho: np.ndarray) -> float:

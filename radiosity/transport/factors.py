@@ -50,7 +50,7 @@ UNSEEN = -1
 RAYS = -1.0  # marks in the errors what is left to rays
 # Shares of the asked accuracy: of the unoccluded exchange, of what blockers leave of it, and of an
 # entry too small to matter.
-WHOLE, SHARE, SMALL = 1e-2, 1.0, 0.5
+WHOLE, SHARE, SMALL = 1e-2, 0.6, 0.3
 TIGHTEST, LOOSEST = 1e-12, 1e-4
 # So few patches get exact unoccluded factors, and shares with so much more care.
 FEW, CARE = 64, 0.05
@@ -115,8 +115,8 @@ def form_factors(
         error[a:b] *= unit
 
     over_ranges(pairs, n, ROWS, "form factors", progress)
-    rest = np.argwhere(error < 0)
-    if len(rest):
+    if error.min(initial=0.0) < 0:
+        rest = np.argwhere(error < 0)
         whole = exchange[rest[:, 0], rest[:, 1]]
         smaller = patches.area[rest].min(axis=1)
         tolerance = np.maximum(asked[1], asked[2] * smaller / whole)
@@ -152,8 +152,9 @@ def _rows(
                 continue
             for points in range(FEWEST, LARGEST + 1):
                 low, high = _reach_of(needed, count, points)
-                out = product[points, low:high]
-                products(columns, geometry, i, start + low, high - low, points, out)
+                if high > low:
+                    out = product[points, low:high]
+                    products(columns, geometry, i, start + low, high - low, points, out)
             for k in range(count):
                 if needed[k] < 0:
                     continue

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from radiosity.solve.solution import Solution
-from radiosity.view.files import written_whole
+from radiosity.transport.files import written_whole
 from radiosity.view.polydata import SIDES, shown_patches, to_pyvista
 
 COLUMNS = (

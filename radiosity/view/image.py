@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from radiosity.view.files import written_whole
+from radiosity.transport.files import written_whole
 
 _SHOWN = 0.8  # linear display value of the percentile below, automatic exposure
 _PERCENTILE = 0.9

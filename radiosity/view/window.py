@@ -20,9 +20,9 @@ import numpy as np
 
 from radiosity.scene.model import Camera
 from radiosity.solve.solution import Solution
+from radiosity.transport.files import written_whole
 from radiosity.view import gather
 from radiosity.view.camera import basis
-from radiosity.view.files import written_whole
 from radiosity.view.image import tone_map
 from radiosity.view.polydata import to_pyvista
 from radiosity.view.progressive import Cover, Job
