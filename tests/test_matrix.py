@@ -72,6 +72,21 @@ def test_a_shell_around_a_closed_room_receives_exactly_nothing(name, gap):
         raw = radiosity.form_factors(mesh_of(polygons), accuracy, repair=False)
         assert np.all(raw.exchange[: len(room), len(room) :] == 0), (scale, offset)
         assert np.all(raw.exchange[len(room) :, : len(room)] == 0)
+        assert np.all(raw.error[: len(room), len(room) :] == 0)  # so that the repair keeps it
+
+
+@pytest.mark.parametrize("name", ROOMS)
+@pytest.mark.parametrize("gap", [0.1, 1e-4])
+def test_nor_does_it_after_the_repair(name, gap):
+    room = ROOMS[name]()
+    low, high = room.min(axis=(0, 1)), room.max(axis=(0, 1))
+    rng = np.random.default_rng(5)
+    for turn in (np.eye(3), rotation(rng)):
+        polygons = np.concatenate([room, box(low - gap, high + gap)]) @ turn.T
+        closed = radiosity.form_factors(mesh_of(polygons), 0.1)
+        assert np.all(closed.exchange[: len(room), len(room) :] == 0)
+        inside = np.flatnonzero(closed.exposed[: len(room)])
+        assert closed.row_sums()[inside] == pytest.approx(1.0, abs=1e-12)  # rounding
 
 
 # ------------------------------------------------------------------------------- closure
@@ -148,12 +163,65 @@ def test_surfaces_agree_with_monte_carlo():
 def test_obstructed_cases(case, accuracy):
     g = case["geometry"]
     if "A1" not in g:
-        pytest.skip("a whole matrix: `radiosity verify` has it")
+        pytest.skip("whole matrices are below")
     factors = radiosity.form_factors(
         mesh_of([g["A1"], g["A2"]]), accuracy, obstructions=mesh_of(g["blockers"]), repair=False
     )
     assert factors.toarray()[0, 1] == pytest.approx(case["value"], abs=accuracy)
     assert abs(factors.toarray()[0, 1] - case["value"]) <= factors.row_errors()[0] + 1e-9
+
+
+CASES = {c["id"]: c for c in load_cases("vf_obstructed")}
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-5])
+def test_the_matrix_of_the_l_room(accuracy):
+    """View3D's L-room (Pinney & Bean) with concave floor and ceiling, 8 x 8 factors."""
+    case = CASES["L_room_F"]
+    corners = [np.array(f, float) for f in case["geometry"]["faces"].values()]
+    starts = np.cumsum([0] + [len(f) for f in corners])
+    faces = [list(range(a, b)) for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    for repair in (True, False):
+        found = radiosity.form_factors((np.concatenate(corners), faces), accuracy, repair=repair)
+        assert np.abs(found.toarray() - case["value"]).sum(axis=1).max() < accuracy
+        assert found.area == pytest.approx(case["geometry"]["area"])
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-5])
+def test_the_matrix_of_a_cube_in_a_cube(accuracy):
+    case = CASES["cube_in_cube_matrix_a0.333"]
+    a, value = case["geometry"]["a"], case["value"]
+    room = np.concatenate([box((0, 0, 0), (1, 1, 1)), block([(1 - a) / 2] * 3, [(1 + a) / 2] * 3)])
+    f = radiosity.form_factors(mesh_of(room), accuracy).toarray()
+    opposite, same = np.arange(6) ^ 1, np.arange(6)
+    beside = np.array([[k // 2 != m // 2 for m in range(6)] for k in range(6)])
+    for found, name in [
+        (f[:6, 6:].sum(axis=1), "outer_to_inner_total"),
+        (f[same, opposite], "outer_to_opposite_outer"),
+        (f[:6, :6][beside], "outer_to_each_adjacent_outer"),
+        (f[6 + same, same], "inner_face_to_facing_outer"),
+        (f[6:, :6][beside], "inner_face_to_each_side_outer"),
+        (f[same, 6 + same], "outer_face_to_facing_inner_face"),
+        (f[:6, 6:][beside], "outer_face_to_each_other_inner_side_face"),
+        (f[same, 6 + opposite], "outer_face_to_opposite_far_inner_face"),
+    ]:
+        assert found == pytest.approx(value[name], abs=accuracy), name
+
+
+@pytest.mark.parametrize("gap", [0.1, 0.01])
+def test_a_screen_near_a_corner(gap):
+    """A tighter accuracy is kept too: against cells of the same mesh, each with fewer kinks."""
+    wall = np.array([[1, 0, 0], [1, 0, 1], [1, 1, 1], [1, 1, 0]], float)
+    screen = np.array([[0.9, 0.1, 0], [1, 0.1, 0.1], [1, 0.9, 0.1], [0.9, 0.9, 0]])
+    screen = mesh_of([screen + [-gap, 0, gap]])
+    parts = np.concatenate([cells([SQUARE], 8), cells([wall], 8)])
+    fine = radiosity.form_factors(mesh_of(parts), 1e-5, obstructions=screen, repair=False)
+    exact = fine.exchange[:64, 64:].sum()
+    for accuracy in (1e-2, 1e-3, 1e-4, 1e-5):
+        found = radiosity.form_factors(
+            mesh_of([SQUARE, wall]), accuracy, obstructions=screen, repair=False
+        )
+        assert found.toarray()[0, 1] == pytest.approx(exact, abs=accuracy + 1e-5)
 
 
 # ------------------------------------------------------------------------------- threads

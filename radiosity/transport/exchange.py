@@ -37,17 +37,15 @@ points (n, 3, 90) and weights (n, 90), area included, of the Gauss rules with 2 
 direction; grain: how far rounding may have moved a vertex.
 """
 
-Room = namedtuple("Room", "p q scratch found x quad cells")
-Room.__doc__ = "Space for one thread: clipped polygons, cuts, results, a point, a part, its cells."
+Room = namedtuple("Room", "p q scratch found x quad")
+Room.__doc__ = "Space for one thread: clipped polygons, cuts, results, a point, a part."
 
 
 def make_room() -> Room:
     """Return space for the computation of one pair at a time."""
     corners = np.empty((2, CORNERS, 3))
-    return Room(
-        corners[0], corners[1], np.empty((4, 64)), np.empty(3), np.empty(3), np.empty((4, 3)),
-        np.empty((256, 4)),
-    )  # fmt: skip
+    found, x, quad = np.empty(3), np.empty(3), np.empty((4, 3))
+    return Room(corners[0], corners[1], np.empty((4, 64)), found, x, quad)
 
 
 def make_geometry(vertices, normal, centroid, area, grain: float = GRAIN) -> Geometry:

@@ -50,7 +50,7 @@ UNSEEN = -1
 RAYS = -1.0  # marks in the errors what is left to rays
 # Shares of the asked accuracy: of the unoccluded exchange, of what blockers leave of it, and of an
 # entry too small to matter.
-WHOLE, SHARE, SMALL = 1e-2, 0.6, 0.3
+WHOLE, SHARE, SMALL = 1e-2, 0.9, 0.3
 TIGHTEST, LOOSEST = 1e-12, 1e-4
 # So few patches get exact unoccluded factors, and shares with so much more care.
 FEW, CARE = 64, 0.05

@@ -2,10 +2,12 @@
 
 The factor from a point to the visible part of the other polygon (`shadow`) is continuous with kinks
 where shadow edges meet corners. Rules of the third degree over either polygon give two answers with
-different errors; where they differ by too much one of the polygons is divided towards the kinks.
+different errors. The cell where they differ most is divided next, until the sum over all cells,
+the largest counted twice, is what was asked for.
 """
 
 import math
+from heapq import heappop, heappush
 
 import numpy as np
 from numba import njit
@@ -15,11 +17,9 @@ from radiosity.transport.polygon import TINY, bilinear, point_factor
 from radiosity.transport.shadow import visible_factor
 
 MOST_CELLS = 1 << 13  # of one pair, after which its error is reported as it is
-DEEPEST = 16
 FAILED = -1.0
 SHARE, SEEN, HIDDEN_PART = 0, 1, 2
 ROUGH = 10.0
-DOUBT = 2.0  # error of a mean over the difference of its rules: kinks fool both at once, if rarely
 LEAK = 1e3  # a share of so many grains is what rounding leaves of a hidden polygon
 
 _G, _C = 0.5 / math.sqrt(3.0), 0.48
@@ -30,18 +30,20 @@ INNER = np.array([[0.5 - _G, 0.5 - _G, 0.25], [0.5 - _G, 0.5 + _G, 0.25],
                   [0.5 + _G, 0.5 - _G, 0.25], [0.5 + _G, 0.5 + _G, 0.25]])  # fmt: skip
 OUTER = np.array([[0.5 - _C, 0.5 - _C, _W], [0.5 - _C, 0.5 + _C, _W], [0.5 + _C, 0.5 - _C, _W],
                   [0.5 + _C, 0.5 + _C, _W], [0.5, 0.5, 1.0 - 4.0 * _W]])  # fmt: skip
+BEND = 0.1  # of what middle and corners differ by, rules that agree by chance may still be wrong
 TILT = 0.6  # weight of the first in their mean, in which errors of the fourth degree cancel
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cell(quad, box, rule, normal, target, shadows, out):
-    """Write visible and unoccluded exchange of a part of a polygon into out (2,); False: failed.
+    """Write visible and unoccluded exchange of a part of a polygon into out (3,); False: failed.
 
-    ``box`` (s0, s1, t0, t1) is the part's place on the unit square; ``shadows`` holds the blockers,
-    those active, the grain, space, and a point.
+    The third is how much of it the rule's last point sees differently from the others: with OUTER
+    the middle from the corners. ``box`` (s0, s1, t0, t1) is the part's place on the unit square;
+    ``shadows`` holds the blockers, those active, the grain, space, and a point.
     """
     blockers, active, grain, shade, x = shadows
-    out[0] = out[1] = 0.0
+    out[0] = out[1] = before = of_before = 0.0
     size = (box[1] - box[0]) * (box[3] - box[2])
     for k in range(len(rule)):
         s = box[0] + rule[k, 0] * (box[1] - box[0])
@@ -53,8 +55,11 @@ def _cell(quad, box, rule, normal, target, shadows, out):
         whole = seen
         if touched:
             whole = point_factor(x[0], x[1], x[2], normal[0], normal[1], normal[2], target)
+        before, of_before = out[0], out[1]
         out[0] += weight * seen
         out[1] += weight * whole
+    last, of_last = out[0] - before, out[1] - of_before
+    out[2] = abs(last / max(of_last, TINY) - before / max(of_before, TINY)) * out[1]
     return True
 
 
@@ -80,15 +85,6 @@ def _nearer_to_first(geometry, i, j, blockers, active):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _divide(box, part):
-    """Return a quarter of a box."""
-    s, t = 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])
-    s0, s1 = (box[0], s) if part % 2 == 0 else (s, box[1])
-    t0, t1 = (box[2], t) if part < 2 else (t, box[3])
-    return s0, s1, t0, t1
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def _difference(measure, one, of_one, two, of_two):
     """Return by how much two answers, seen ``of`` unoccluded exchange, differ."""
     if measure == SEEN:
@@ -99,44 +95,59 @@ def _difference(measure, one, of_one, two, of_two):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _adaptive(polygon, normal, target, tolerance, measure, shadows, cells, quad, out):
+def _measured(polygon, part, normal, target, measure, shadows, quad, out):
+    """Return a part of a polygon as it stands in the queue; ``side`` 0 where a shadow failed.
+
+    ``part`` is (first, s, t, side): the fan's quadrilateral, its least coordinates and its side.
+    """
+    first, s, t, side = part
+    _root(polygon, first, quad)
+    box = (s, s + side, t, t + side)
+    if not _cell(quad, box, INNER, normal, target, shadows, out):
+        return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
+    inner, of_inner = out[0], out[1]
+    if not _cell(quad, box, OUTER, normal, target, shadows, out):
+        return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
+    apart = max(BEND * out[2], _difference(measure, inner, of_inner, out[0], out[1]))
+    seen, whole = TILT * inner + (1.0 - TILT) * out[0], TILT * of_inner + (1.0 - TILT) * out[1]
+    return -apart, first, s, t, side, seen, whole
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _adaptive(polygon, normal, target, tolerance, measure, shadows, quad, out):
     """Integrate over a polygon, dividing cells; write visible, unoccluded, error into out (3,).
 
-    A cell is accepted where both rules agree within ``tolerance``, a share of the exchange, times
-    the root of its share of the polygon: kinks lie along lines, so the cells that they cross add up
-    to about the tolerance. ``measure`` names what must agree: the visible SHARE, what is SEEN or
-    what is HIDDEN. Returns False where a shadow failed.
+    The cell with the largest error is divided next, until all are within ``tolerance``, a share of
+    the exchange, or MOST_CELLS are reached. Of all the largest counts twice: kinks may fool the two
+    rules at once, and where cells are few there is no other to make up for it. ``measure`` names
+    what must agree: the visible SHARE, what is SEEN or what is HIDDEN. False where a shadow failed.
     """
-    seen = whole = error = allowed = 0.0
-    visited = 0
-    for first in range(1, len(polygon) - 1, 2):
-        _root(polygon, first, quad)
-        cells[0, 0], cells[0, 1], cells[0, 2], cells[0, 3] = 0.0, 1.0, 0.0, 1.0
-        left = 1
-        while left > 0:
-            left -= 1
-            box = (cells[left, 0], cells[left, 1], cells[left, 2], cells[left, 3])
-            if not _cell(quad, box, INNER, normal, target, shadows, out):
+    queue = [_measured(polygon, (1, 0.0, 0.0, 1.0), normal, target, measure, shadows, quad, out)]
+    for first in range(3, len(polygon) - 1, 2):
+        part = (first, 0.0, 0.0, 1.0)
+        heappush(queue, _measured(polygon, part, normal, target, measure, shadows, quad, out))
+    error = whole = 0.0
+    for cell in queue:
+        error, whole = error - cell[0], whole + cell[6]
+        if cell[4] == 0.0:
+            return False
+    while error - queue[0][0] > tolerance * whole and len(queue) < MOST_CELLS:
+        cell = heappop(queue)
+        error, whole = error + cell[0], whole - cell[6]
+        side = 0.5 * cell[4]
+        for k in range(4):
+            part = (cell[1], cell[2] + (k % 2) * side, cell[3] + (k // 2) * side, side)
+            quarter = _measured(polygon, part, normal, target, measure, shadows, quad, out)
+            if quarter[4] == 0.0:
                 return False
-            inner, of_inner = out[0], out[1]
-            if not _cell(quad, box, OUTER, normal, target, shadows, out):
-                return False
-            visited += 1
-            side = box[1] - box[0]
-            apart = _difference(measure, inner, of_inner, out[0], out[1])
-            if side == 1.0:
-                allowed = tolerance * of_inner
-            done = apart <= allowed * side or side < 0.5**DEEPEST or visited > MOST_CELLS
-            if done or left + 4 > len(cells):
-                seen += TILT * inner + (1.0 - TILT) * out[0]
-                whole += TILT * of_inner + (1.0 - TILT) * out[1]
-                error += DOUBT * apart
-                continue
-            for part in range(4):
-                row = cells[left + part]
-                row[0], row[1], row[2], row[3] = _divide(box, part)
-            left += 4
-    out[0], out[1], out[2] = seen, whole, error
+            heappush(queue, quarter)
+            error, whole = error - quarter[0], whole + quarter[6]
+    out[0] = out[1] = 0.0
+    out[2] = -queue[0][0]
+    for cell in queue:
+        out[0] += cell[5]
+        out[1] += cell[6]
+        out[2] -= cell[0]
     return True
 
 
@@ -156,10 +167,10 @@ def partial_exchange(geometry, i, j, count_p, count_q, whole, tolerance, shadows
     """
     p, q = room.p[:count_p], room.q[:count_q]
     n, o = geometry.normal[i], geometry.normal[j]
-    out, quad, cells = room.found, room.quad, room.cells
+    out, quad = room.found, room.quad
     turned = _nearer_to_first(geometry, i, j, shadows[0], shadows[1])
     one, normal, two = (q, o, p) if turned else (p, n, q)
-    if not _adaptive(one, normal, two, tolerance, SHARE, shadows, cells, quad, out):
+    if not _adaptive(one, normal, two, tolerance, SHARE, shadows, quad, out):
         return FAILED, 0.0
     if out[1] <= 0.0:
         return whole, whole
@@ -170,7 +181,7 @@ def partial_exchange(geometry, i, j, count_p, count_q, whole, tolerance, shadows
         return whole * share, whole * doubt
     # too near for the rules: the part that is smaller must be right by itself
     measure = SEEN if share < 0.5 else HIDDEN_PART
-    if not _adaptive(one, normal, two, tolerance, measure, shadows, cells, quad, out):
+    if not _adaptive(one, normal, two, tolerance, measure, shadows, quad, out):
         return FAILED, 0.0
     value = out[0] if share < 0.5 else whole - (out[1] - out[0])
     return min(whole, max(0.0, value)), out[2]
