@@ -281,7 +281,7 @@ def _past_blockers(geometry, i, j, value, error, blockers, found, count, asked, 
     )
     if seen < 0.0:
         return value, RAYS
-    return seen, doubt + error
+    return seen, doubt + error if seen > 0.0 or doubt > 0.0 else 0.0  # hidden for certain
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
