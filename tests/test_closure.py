@@ -37,6 +37,7 @@ def assert_closed(factors):
 def weights(factors):
     """Return (n, n) and (n,) weights of pairs and of the environment, with the floor."""
     w = factors.error.astype(float) ** 2 + (2.0**-52 * factors.exchange) ** 2
+    w = np.where(factors.exchange > 0, w, 0.0)
     flux = factors.area * factors.environment
     return w, (factors.area * factors.openness.error) ** 2 + (2.0**-52 * flux) ** 2
 
@@ -99,10 +100,22 @@ def test_errors_shrink_and_zeros_stay(size):
     assert_closed(result)
     before = np.linalg.norm(factors.exchange - exact)
     assert np.linalg.norm(result.exchange - exact) < before
-    blind = (factors.exchange == 0) & (factors.error == 0)
-    assert not result.exchange[blind].any()
+    assert not result.exchange[factors.exchange == 0].any()
     assert np.array_equal(result.raw_closure, factors.closure)
     assert np.array_equal(result.error, factors.error)
+
+
+def test_no_light_through_walls_however_uncertain():
+    """Two rooms that no ray joins, with errors as of rays: they are closed each by itself."""
+    factors, _, _ = perturbed(40, 1e-2, seed=3)
+    room = np.arange(40) < 20
+    between = room[:, None] != room[None]
+    exchange = np.where(between, 0.0, factors.exchange)
+    error = np.where(between, np.float32(0.1), factors.error)
+    area = exchange.sum(axis=1) * np.random.default_rng(3).uniform(0.99, 1.01, 40)
+    result = repaired(FormFactors(exchange, area, error))
+    assert_closed(result)
+    assert not result.exchange[between].any()
 
 
 def test_certain_entries_move_by_rounding_only():

@@ -5,6 +5,7 @@ that the whole shaft passes through hides the pair; the others are cut out exact
 where they are many, left to rays.
 """
 
+import math
 from collections import namedtuple
 
 import numpy as np
@@ -166,9 +167,9 @@ def find_blockers(blockers, free, geometry, i, box, middle, reach, nodes, found)
     ----------
     free : (bodies + 1,) bool
         Bodies on whose free side polygon i lies: of these only what it sees the front of counts.
-    box : (8, 3)
-        Its corners; ``middle`` (3,) and ``reach``: a sphere about what it holds.
-    nodes : (64,) int64, found : (MOST,) int64, space
+    box : (m, 3)
+        Its corners, or a polygon's; ``middle`` (3,) and ``reach``: a sphere about what it holds.
+    nodes : (64,) int64, found : (k,) int64, space; more than k are TOO_MANY
 
     Returns
     -------
@@ -201,7 +202,7 @@ def find_blockers(blockers, free, geometry, i, box, middle, reach, nodes, found)
             if where == COVERS:
                 return HIDDEN
             if where == BETWEEN:
-                if count == MOST:
+                if count == len(found):
                     return TOO_MANY
                 found[count] = b
                 count += 1
@@ -275,3 +276,52 @@ def keep_between(blockers, candidates, lines, sides, centre, normal, q, slack, f
         found[kept] = b
         kept += 1
     return kept
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def drop_beside(blockers, found, count, p, normal_p, q, normal_q, slack):
+    """Keep in found[:count] what no side of the shaft of p and q keeps out; return how many.
+
+    Parameters
+    ----------
+    p, q : (m, 3)
+        Convex polygons in front of each other, counter-clockwise about their normals.
+    """
+    count = _drop_by_edges(blockers, found, count, p, normal_p, q, slack)
+    return _drop_by_edges(blockers, found, count, q, normal_q, p, slack) if count > 0 else 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _drop_by_edges(blockers, found, count, p, n, q, slack):
+    """Drop what lies beyond the planes through an edge of p that just touch q."""
+    for e in range(len(p)):
+        a, b = p[e], p[(e + 1) % len(p)]
+        x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        mx, my, mz = y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
+        size = math.sqrt(mx * mx + my * my + mz * mz)
+        if size <= slack:
+            continue
+        out, up = -1.0, 0.0  # of the corner of q seen furthest beyond the edge
+        for k in range(len(q)):
+            x, y, z = q[k, 0] - a[0], q[k, 1] - a[1], q[k, 2] - a[2]
+            side = (mx * x + my * y + mz * z) / size
+            height = max(0.0, n[0] * x + n[1] * y + n[2] * z)
+            if k == 0 or side * up > out * height:
+                out, up = side, height
+        slope, size = math.sqrt(out * out + up * up), 1.0 / size
+        if slope <= slack:
+            continue
+        mx = (up * mx * size - out * n[0]) / slope
+        my = (up * my * size - out * n[1]) / slope
+        mz = (up * mz * size - out * n[2]) / slope
+        kept = 0
+        for k in range(count):
+            corners, beyond = blockers.corners[found[k], : blockers.count[found[k]]], True
+            for c in range(len(corners)):
+                x, y, z = corners[c, 0] - a[0], corners[c, 1] - a[1], corners[c, 2] - a[2]
+                beyond = beyond and mx * x + my * y + mz * z >= -slack
+            if not beyond:
+                found[kept] = found[k]
+                kept += 1
+        count = kept
+    return count

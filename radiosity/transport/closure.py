@@ -49,14 +49,14 @@ def repaired(factors: FormFactors) -> FormFactors:
 
     and w_ij = s_ij^2 + (floor G_ij)^2, v_i likewise. Stationarity: G + dG = max(0, G + w_ij
     (lam_i + lam_j)), so the multipliers solve a piecewise linear system, here by Newton's method
-    (Qi, Sun 2006, on nearest correlation matrices) with conjugate residuals inside. The floor is
-    rounding at first: entries of error 0 stay exact to rounding. It grows only for defects that
-    the uncertain entries cannot take.
+    (Qi, Sun 2006, on nearest correlation matrices) with conjugate residuals inside. Entries that
+    are 0 stay 0, or repair would let light through walls. The floor is rounding at first: entries
+    of error 0 stay exact to rounding. It grows only for defects that uncertain entries cannot take.
 
     Parameters
     ----------
     factors : FormFactors
-        Symmetric to the bit; sealed rows, and pairs with exchange and error 0, stay 0.
+        Symmetric to the bit; sealed rows stay 0.
 
     Returns
     -------
@@ -103,9 +103,9 @@ class _Weights:
     outer: np.ndarray
 
 
-def _weights(factors, exposed, exchange, flux, floor):
-    n = len(flux)
-    outer = (factors.area * factors.openness.error) ** 2 + (floor * flux) ** 2
+def _weights(factors, exposed, floor):
+    n, exchange, outside = len(factors.area), factors.exchange, factors.openness
+    outer = factors.area**2 * (outside.error**2 + (floor * outside.share) ** 2)
     total, pair = outer.copy(), np.empty((n, n), np.float32)
     _by_rows(lambda a, b: _weight_sums(a, b, exchange, factors.error, exposed, floor, total), n)
     size = np.where(exposed, np.sqrt(total), 0.0)
@@ -117,7 +117,7 @@ def _weights(factors, exposed, exchange, flux, floor):
 def _balance(factors, exposed, exchange, flux, left, floor):
     """Move ``exchange`` and ``flux`` = A e, in place, to the sums; return the defects left."""
     defect = left * factors.area
-    weights = _weights(factors, exposed, exchange, flux, floor)
+    weights = _weights(factors, exposed, floor)
     per_area = _inverse(np.where(exposed, factors.area, 0.0))
     slope, turned, before = np.where(weights.size > 0.0, 1.0, 0.0), False, np.inf
     for _ in range(PASSES):
@@ -197,23 +197,27 @@ def _by_rows(work, n):
         over_ranges(work, n, ROWS)
 
 
+@njit(cache=True, nogil=True)
+def _weight(g, s, floor):
+    """Return w of an entry; one that no light was seen to pass stays 0, whatever its error."""
+    return (np.float64(s) ** 2 + (floor * g) ** 2) if g > 0.0 else 0.0
+
+
 @njit(cache=True, nogil=True, fastmath={"reassoc", "nsz"})
 def _weight_sums(first, stop, exchange, error, exposed, floor, total):
     for i in range(first, stop):
         summed = 0.0
         for j in range(exchange.shape[1]):
-            s, g = np.float64(error[i, j]), floor * exchange[i, j]
-            summed += (s * s + g * g) * exposed[j]
-        s, g = np.float64(error[i, i]), floor * exchange[i, i]
-        total[i] += summed - 0.5 * (s * s + g * g)
+            summed += _weight(exchange[i, j], error[i, j], floor) * exposed[j]
+        total[i] += summed - 0.5 * _weight(exchange[i, i], error[i, i], floor)
 
 
 @njit(cache=True, nogil=True)
 def _pair_weights(first, stop, exchange, error, inverse, floor, pair):
     for i in range(first, stop):
         for j in range(exchange.shape[1]):
-            s, g = np.float64(error[i, j]), floor * exchange[i, j]
-            pair[i, j] = (s * s + g * g) * (inverse[i] * inverse[j])
+            weight = _weight(exchange[i, j], error[i, j], floor)
+            pair[i, j] = weight * (inverse[i] * inverse[j])
         pair[i, i] *= np.float32(0.5)
 
 

@@ -7,7 +7,7 @@ from numba import njit
 
 from radiosity.mesh.patches import Patches
 from radiosity.transport.polygon import bilinear
-from radiosity.transport.sampling import hashed, sobol
+from radiosity.transport.sampling import hashed, shifted, sobol_digits
 from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT, Visibility
 
@@ -18,15 +18,15 @@ OTHER = 1 << 40  # tells the pattern on a source from the one on its target
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _aim(pairs, p, np_, q, nq, keys, first, count, seed, centre, scale, lift, start, span, weight):
-    x, y = np.empty(3), np.empty(3)
+    x, y, digits = np.empty(3), np.empty(3), sobol_digits(first, count)
     for m in range(len(pairs)):
         i, j = pairs[m, 0], pairs[m, 1]
         one, two = hashed(keys[i], j, seed), hashed(keys[i], j + OTHER, seed)
         for k in range(count):
             r = m * count + k
-            s, t = sobol(first + k, 0, one), sobol(first + k, 1, one >> np.uint64(32))
+            s, t = shifted(digits[k, 0], one), shifted(digits[k, 1], one >> np.uint64(32))
             a = bilinear(q[j], s, t, x)
-            s, t = sobol(first + k, 2, two), sobol(first + k, 3, two >> np.uint64(32))
+            s, t = shifted(digits[k, 2], two), shifted(digits[k, 3], two >> np.uint64(32))
             b = bilinear(p[i], s, t, y)
             stretch = a * b if b > 0.0 else a
             ci = cj = d2 = 0.0

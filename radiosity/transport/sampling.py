@@ -46,6 +46,27 @@ def hashed(a, b, c):
 @njit(cache=True, nogil=True, error_model="numpy")
 def sobol(index, dimension, shift):
     """Coordinate of one Sobol point in [0, 1), its digits shifted by 32 bits of ``shift``."""
+    return shifted(_digits(index, dimension), shift)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sobol_digits(first, count):
+    """Return (count, 4) digits of the points from ``first`` on, for many to be `shifted`."""
+    digits = np.empty((count, 4), np.uint64)
+    for k in range(count):
+        for d in range(4):
+            digits[k, d] = _digits(first + k, d)
+    return digits
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def shifted(digits, shift):
+    """Coordinate in [0, 1) of digits shifted by 32 bits of ``shift``."""
+    return float(digits ^ (shift & np.uint64(0xFFFFFFFF))) * UNIT
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _digits(index, dimension):
     bits = np.uint64(0)
     k = 0
     while index:
@@ -53,7 +74,7 @@ def sobol(index, dimension, shift):
             bits ^= DIRECTIONS[dimension, k]
         index >>= 1
         k += 1
-    return float(bits ^ (shift & np.uint64(0xFFFFFFFF))) * UNIT
+    return bits
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
