@@ -72,7 +72,6 @@ def test_a_shell_around_a_closed_room_receives_exactly_nothing(name, gap):
         raw = radiosity.form_factors(mesh_of(polygons), accuracy, repair=False)
         assert np.all(raw.exchange[: len(room), len(room) :] == 0), (scale, offset)
         assert np.all(raw.exchange[len(room) :, : len(room)] == 0)
-        assert np.all(raw.error[: len(room), len(room) :] == 0)  # so that the repair keeps it
 
 
 @pytest.mark.parametrize("name", ROOMS)

@@ -294,34 +294,45 @@ def drop_beside(blockers, found, count, p, normal_p, q, normal_q, slack):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _drop_by_edges(blockers, found, count, p, n, q, slack):
     """Drop what lies beyond the planes through an edge of p that just touch q."""
+    plane = np.empty(3)
     for e in range(len(p)):
-        a, b = p[e], p[(e + 1) % len(p)]
-        x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        mx, my, mz = y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
-        size = math.sqrt(mx * mx + my * my + mz * mz)
-        if size <= slack:
+        a = p[e]
+        if not _plane_about(a, p[(e + 1) % len(p)], n, q, plane):
             continue
-        out, up = -1.0, 0.0  # of the corner of q seen furthest beyond the edge
-        for k in range(len(q)):
-            x, y, z = q[k, 0] - a[0], q[k, 1] - a[1], q[k, 2] - a[2]
-            side = (mx * x + my * y + mz * z) / size
-            height = max(0.0, n[0] * x + n[1] * y + n[2] * z)
-            if k == 0 or side * up > out * height:
-                out, up = side, height
-        slope, size = math.sqrt(out * out + up * up), 1.0 / size
-        if slope <= slack:
-            continue
-        mx = (up * mx * size - out * n[0]) / slope
-        my = (up * my * size - out * n[1]) / slope
-        mz = (up * mz * size - out * n[2]) / slope
+        if heights(p, a, plane)[1] > slack or heights(q, a, plane)[1] > slack:
+            continue  # the direction of a short edge is rounding
         kept = 0
         for k in range(count):
-            corners, beyond = blockers.corners[found[k], : blockers.count[found[k]]], True
-            for c in range(len(corners)):
-                x, y, z = corners[c, 0] - a[0], corners[c, 1] - a[1], corners[c, 2] - a[2]
-                beyond = beyond and mx * x + my * y + mz * z >= -slack
-            if not beyond:
+            corners = blockers.corners[found[k], : blockers.count[found[k]]]
+            if heights(corners, a, plane)[0] < -slack:
                 found[kept] = found[k]
                 kept += 1
         count = kept
     return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _plane_about(a, b, n, q, plane):
+    """Write the outward unit normal of the plane through the edge a-b that just touches q.
+
+    False where there is none.
+    """
+    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    mx, my, mz = y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
+    size = math.sqrt(mx * mx + my * my + mz * mz)
+    if not size > 0.0:
+        return False
+    mx, my, mz = mx / size, my / size, mz / size
+    out = up = 0.0  # of the corner seen furthest beyond the edge
+    for k in range(len(q)):
+        x, y, z = q[k, 0] - a[0], q[k, 1] - a[1], q[k, 2] - a[2]
+        side, height = mx * x + my * y + mz * z, max(0.0, n[0] * x + n[1] * y + n[2] * z)
+        if k == 0 or side * up > out * height:
+            out, up = side, height
+    slope = math.sqrt(out * out + up * up)
+    if not slope > 0.0:
+        return False
+    plane[0] = (up * mx - out * n[0]) / slope
+    plane[1] = (up * my - out * n[1]) / slope
+    plane[2] = (up * mz - out * n[2]) / slope
+    return True

@@ -53,8 +53,6 @@ RAYS = -1.0  # marks in the errors what is left to rays
 # entry too small to matter.
 WHOLE, SHARE, SMALL = 1e-2, 0.9, 0.3
 TIGHTEST, LOOSEST = 1e-12, 1e-4
-# More blockers than these are left to rays where a few hundred of them do, which take less time.
-PLENTY, COARSE = 8, 0.02
 # So few patches get exact unoccluded factors, and shares with so much more care.
 FEW, CARE = 64, 0.05
 
@@ -139,7 +137,7 @@ def _rows(
     n = len(live)
     table, product, box = np.empty((5, RUN)), np.zeros((LARGEST + 1, RUN)), np.empty((8, 3))
     needed, counts = np.empty(RUN, np.int64), np.zeros(RUN, np.int64)
-    found, most = np.empty((RUN, MOST), np.int64), PLENTY if asked[1] > COARSE else MOST
+    found = np.empty((RUN, MOST), np.int64)
     for i in range(first, stop):
         if not live[i]:
             continue
@@ -150,9 +148,8 @@ def _rows(
                 continue
             counts[:] = 0
             if len(blockers.count) > 0 and _block_run(
-                geometry, i, start, count, blockers, free[i], needed, counts, found, most, box,
-                spaces,
-            ):  # fmt: skip
+                geometry, i, start, count, blockers, free[i], needed, counts, found, box, spaces
+            ):
                 continue
             for points in range(FEWEST, LARGEST + 1):
                 low, high = _reach_of(needed, count, points)
@@ -231,12 +228,12 @@ def _box_about(geometry, start, count, needed, box, middle):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _block_run(
-    geometry, i, start, count, blockers, free, needed, counts, found, most, box, spaces
+    geometry, i, start, count, blockers, free, needed, counts, found, box, spaces
 ):  # fmt: skip
     """Find the blockers of each pair of a run; whether all pairs are hidden.
 
-    First those between polygon i and a box about all that face it, then those of each pair, for
-    the most part up to ``most``. Hidden pairs become UNSEEN.
+    First those between polygon i and a box about all that face it, then those of each pair. Hidden
+    pairs become UNSEEN.
     """
     middle, nodes, run = np.empty(3), spaces.nodes, spaces.run
     reach = _box_about(geometry, start, count, needed, box, middle)
@@ -256,7 +253,7 @@ def _block_run(
         if some == TOO_MANY:
             counts[k] = find_blockers(
                 blockers, free, geometry, i, q, geometry.centroid[j], geometry.radius[j], nodes,
-                found[k, :most],
+                found[k],
             )  # fmt: skip
         else:
             counts[k] = keep_between(
@@ -271,8 +268,7 @@ def _block_run(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _past_blockers(geometry, i, j, value, error, blockers, found, count, asked, spaces):
     """Return what blockers leave of an exchange, and its error; error RAYS where rays must tell."""
-    tolerance = max(asked[1], asked[2] * min(geometry.area[i], geometry.area[j]) / value)
-    if count == TOO_MANY or (count > PLENTY and tolerance > COARSE):
+    if count == TOO_MANY:
         return value, RAYS
     count_p, count_q = load_fronts(geometry, i, j, spaces.room)
     if count_p == 0:
@@ -282,6 +278,7 @@ def _past_blockers(geometry, i, j, value, error, blockers, found, count, asked, 
     count = drop_beside(blockers, found, count, p, normals[0], q, normals[1], slack)
     if count == 0:
         return value, error
+    tolerance = max(asked[1], asked[2] * min(geometry.area[i], geometry.area[j]) / value)
     shadows = (blockers, found[:count], geometry.grain, spaces.shade, spaces.room.x)
     seen, doubt = partial_exchange(
         geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
