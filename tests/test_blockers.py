@@ -237,7 +237,7 @@ def search(visibility, geometry, i, j):
     free = np.zeros(visibility.blockers.body.max(initial=0) + 1, bool)
     count = find_blockers(
         visibility.blockers, free, geometry, i, box_, geometry.centroid[j], geometry.radius[j],
-        np.empty(64, np.int64), found,
+        -4 * geometry.grain, np.empty(64, np.int64), found,
     )  # fmt: skip
     return count if count < 0 else set(found[:count].tolist())
 

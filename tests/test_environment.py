@@ -6,6 +6,7 @@ from scenes_for_tests import SQUARE, block, box, faces_of, l_room, meshed, rotat
 
 from radiosity.analytic import point_to_parallel_rectangle
 from radiosity.transport.environment import measure_openness
+from radiosity.transport.factors import form_factors
 
 OPPOSITE = np.stack([SQUARE, SQUARE[::-1] + [0, 0, 1.0]])
 F12 = 0.19982489569838738  # Howell C-11: verification/vf_obstructed.json, `unobstructed`
@@ -31,6 +32,17 @@ def to_the_lid(centroids):
 
 
 # ------------------------------------------------------------------------------- closed forms
+
+
+@pytest.mark.parametrize("corners", [[0, 1, 2, 2], [0, 1, 3, 3], [0, 1, 2, 3]])
+def test_rays_start_evenly_on_any_shape(corners):
+    """What two faces do not send to each other leaves: 1 - F, for triangles and a trapezoid."""
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0.7, 1, 0]], float)
+    polygons = np.stack([square[corners], SQUARE[::-1] + [0, 1.0, 0.5]])
+    found, patches = openness_of(polygons)
+    visibility, _, _ = meshed(faces_of(polygons), 1)
+    F = form_factors(patches, visibility, np.ones(2, bool), 1e-9).toarray()
+    assert np.all(np.abs(found.share - (1 - F.sum(axis=1))) < 3 * found.error)
 
 
 @pytest.mark.parametrize("accuracy", [0.1, 0.01, 1e-3])

@@ -9,6 +9,8 @@ from scenes_for_tests import SQUARE, block, box, l_room, rotation
 
 import radiosity
 from radiosity.analytic import load_cases
+from radiosity.mesh.bodies import find_bodies
+from radiosity.mesh.faces import Faces
 from radiosity.solve.plan import Refused
 
 MESHES = Path(__file__).resolve().parent.parent / "benchmarks" / "meshes"
@@ -221,6 +223,74 @@ def test_a_screen_near_a_corner(gap):
             mesh_of([SQUARE, wall]), accuracy, obstructions=screen, repair=False
         )
         assert found.toarray()[0, 1] == pytest.approx(exact, abs=accuracy + 1e-5)
+
+
+# ------------------------------------------------------------------------------- hard cases
+
+
+def test_a_closed_room_with_obstructions_stays_closed_after_the_repair():
+    room = box((0, 0, 0), (1, 1, 1))
+    inner = mesh_of(block((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)))
+    for repair in (False, True):
+        found = radiosity.form_factors(mesh_of(room), 0.01, obstructions=inner, repair=repair)
+        assert np.all(found.environment == 0) and found.is_closed
+        assert found.openness.absorbed.min() > 0
+
+
+def strip(path, half, height):
+    """Return a solid strip about a polyline of right angles (8, 4, 3) a segment, ends last."""
+    path = np.array(path, float)
+    along = np.diff(path, axis=0)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    left = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    before, after = np.vstack([left[:1], left]), np.vstack([left, left[-1:]])
+    mitre = np.where(np.all(before == after, axis=1)[:, None], before, before + after) * half
+    a, b = (np.insert(path + mitre, 2, 0, axis=1), np.insert(path - mitre, 2, 0, axis=1))
+    up, faces = np.array([0, 0, height]), []
+    for k in range(len(along)):
+        faces += [[b[k], b[k + 1], b[k + 1] + up, b[k] + up],
+                  [a[k + 1], a[k], a[k] + up, a[k + 1] + up],
+                  [a[k], a[k + 1], b[k + 1], b[k]],
+                  [b[k] + up, b[k + 1] + up, a[k + 1] + up, a[k] + up]]  # fmt: skip
+    faces += [[a[0], b[0], b[0] + up, a[0] + up], [b[-1], a[-1], a[-1] + up, b[-1] + up]]
+    return np.array(faces)
+
+
+def test_a_body_that_crosses_itself_seals_its_inside():
+    """Its walls where it passes through itself see nothing, though it is closed and wound alike."""
+    knot = strip([(0, 0), (0.9, 0), (1.1, 0), (3, 0), (3, 2), (1, 2), (1, 0.1), (1, -0.1), (1, -1)],
+                 0.2, 0.5)  # fmt: skip
+    assert find_bodies(Faces.from_polygons(knot, 0, 0, merge=False)).count == 1
+    room = box((-2, -3, -2), (5, 4, 3))
+    raw = radiosity.form_factors(mesh_of(np.concatenate([room, knot])), 1e-3, repair=False)
+    inside = 6 + np.array([4, 5, 24, 25])  # side walls of the second segment and the seventh
+    assert np.all(raw.exchange[inside] == 0)
+    assert np.abs(raw.closure[6:]).max() < 1e-3  # also of walls that meet where no corners are
+
+
+def test_a_warped_bystander_does_not_hide_what_is_certain():
+    """Its unevenness blurs how much passes a slit; then the error says so."""
+    slit = [[[-1, -1, 0.5], [0.4999, -1, 0.5], [0.4999, 2, 0.5], [-1, 2, 0.5]],
+            [[0.5001, -1, 0.5], [2, -1, 0.5], [2, 2, 0.5], [0.5001, 2, 0.5]]]  # fmt: skip
+    warped = np.array([[5, 5, 0], [6, 5, 0], [6, 6, 9e-6], [5, 6, 0]])
+    pair = [SQUARE, SQUARE[::-1] + [0, 0, 1]]
+    exact = radiosity.form_factors(
+        mesh_of(pair), 1e-6, obstructions=mesh_of(slit), repair=False
+    ).toarray()[0, 1]
+    found = radiosity.form_factors(
+        mesh_of([*pair, warped]), 1e-6, obstructions=mesh_of(slit), repair=False
+    )
+    assert abs(found.toarray()[0, 1] - exact) <= found.error[0, 1] + 1e-6
+
+
+def test_no_area_and_no_faces_are_refused_in_words():
+    vertices = np.zeros((3, 3))
+    with pytest.raises(ValueError, match="none of the 1 faces"):
+        radiosity.form_factors((vertices, [[0, 1, 2]]))
+    with pytest.raises(TypeError, match="mesh is a NoneType"):
+        radiosity.form_factors(None)
+    with pytest.raises(ValueError, match="faces must be an array"):
+        radiosity.form_factors((vertices, [0, 1, 2]))
 
 
 # ------------------------------------------------------------------------------- threads

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from radiosity.mesh.faces import Faces, welded
 
-LARGEST = 10**8  # corners times planes that are looked at for one body
+LARGEST = 10**7  # coordinates times planes that are looked at for one body
 
 
 @dataclass(frozen=True)
@@ -73,15 +73,16 @@ def free_of(
         Distance that counts as touching.
     """
     free = np.zeros(len(points), bool)
-    if len(plane) * points.size > LARGEST:
+    vertices = np.unique(corners.reshape(-1, 3), axis=0)
+    if len(plane) * max(points.size, vertices.size) > LARGEST:
         return free
     level = np.einsum("kc,kc->k", plane, normal)
-    own = corners.reshape(-1, 3) @ normal.T - level
+    own = vertices @ normal.T - level
     if own.max() <= slack or own.min() >= -slack:
         height = (points.reshape(-1, 3) @ normal.T - level).reshape(len(points), 4, len(plane))
         front = height.min(axis=1) >= -slack
         return front.any(axis=1) if own.max() <= slack else front.all(axis=1)
-    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
     beside = np.any((points.min(axis=1) >= high - slack) | (points.max(axis=1) <= low + slack), 1)
     return beside & (_volume(corners) > 0)
 

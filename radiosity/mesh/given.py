@@ -60,11 +60,16 @@ def given_mesh(mesh, name: str = "mesh") -> Given:
 def _arrays(mesh, name):
     """Return vertices and faces by the attributes that trimesh and pyvista give them."""
     if hasattr(mesh, "points") and hasattr(mesh, "faces"):
-        return mesh.points, _unpacked(np.asarray(mesh.faces), name)
+        return mesh.points, _unpacked(np.asarray(mesh.faces))
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         return mesh.vertices, mesh.faces
     if isinstance(mesh, tuple | list) and len(mesh) == 2:
         vertices, faces = mesh
+        if not all(hasattr(f, "__len__") for f in faces):
+            raise ValueError(
+                f"{name}: faces must be an array (n, 3) or (n, 4) or a list of lists of vertices, "
+                f"not {len(faces)} numbers"
+            )
         regular = isinstance(faces, np.ndarray) or len({len(f) for f in faces}) == 1
         return vertices, np.asarray(faces) if regular else faces
     raise TypeError(
@@ -73,7 +78,7 @@ def _arrays(mesh, name):
     )
 
 
-def _unpacked(packed, name):
+def _unpacked(packed):
     """Return the polygons of VTK's list: count, indices, count, indices, ..."""
     if len(packed) and packed[0] > 0 and len(packed) % (packed[0] + 1) == 0:
         table = packed.reshape(-1, packed[0] + 1)

@@ -135,7 +135,7 @@ def make_patches(faces: Faces, shape: np.ndarray, contacts: Contacts) -> Patches
         Where faces touch, cross or cover each other.
     """
     cells, face, first = all_cells(faces, shape)
-    vertices, counts, behind = _cut(cells, face, first, contacts)
+    vertices, counts, behind = _cut(cells, first, contacts)
     start = np.concatenate([[0], np.cumsum(counts)])
     face = np.repeat(face, counts)
     cross = _vector_area(vertices)
@@ -194,7 +194,7 @@ def _triangle_cells(v: np.ndarray, n: int, _: int) -> np.ndarray:
     )
 
 
-def _cut(cells, face, first, contacts: Contacts):
+def _cut(cells, first, contacts: Contacts):
     """Cut the cells of faces that have contacts; return patches, how many a cell, `behind`."""
     whole = np.ones(len(cells), int)
     n_faces = len(first)

@@ -167,7 +167,7 @@ def _unseen(case):
 
 def _cube_pairs(vertices):
     """Return F from the floor of a cube to the wall x0 and to the ceiling, by the whole program."""
-    factors = form_factors(_faces(vertices), COARSE, repair=False).toarray()
+    factors = form_factors(faces_of(vertices), COARSE, repair=False).toarray()
     return factors[0, [2, 1]]
 
 
@@ -185,7 +185,7 @@ def _closed_cubes(case):
     for n in case["geometry"]["n"]:
         yield timed(
             "extremes", f"{case['id']} n = {n}", 1.0, CLOSED,
-            lambda n=n: form_factors(_faces(divided(BOX, n)), COARSE).row_sums(), False,
+            lambda n=n: form_factors(faces_of(divided(BOX, n)), COARSE).row_sums(), False,
         )  # fmt: skip
 
 
@@ -195,16 +195,16 @@ def _touching(case):
     box = box[:, ::-1]
 
     def bottom():
-        return form_factors(_faces(BOX, box), COARSE).toarray()[:, 6]
+        return form_factors(faces_of(BOX, box), COARSE).toarray()[:, 6]
 
     yield timed("extremes", case["id"], 0.0, 0.0, bottom, False)
-    below = form_factors(_faces(BOX, box), COARSE).area[:1]
+    below = form_factors(faces_of(BOX, box), COARSE).area[:1]
     yield timed("extremes", f"{case['id']} floor", 0.75, PAIR, lambda: below)
 
 
 def _two_rooms(case):
     """Check a wall without thickness: nothing passes, and each room is the closed cube."""
-    walls = _faces(BOX, (BOX + [1, 0, 0])[[0, 1, 3, 4, 5]])
+    walls = faces_of(BOX, (BOX + [1, 0, 0])[[0, 1, 3, 4, 5]])
     fronts, backs = np.arange(11), 11 + np.arange(11)
     left, right = fronts[:6], np.append(fronts[6:], backs[3])
 
@@ -227,7 +227,7 @@ def _behind_blockers(g):
 def _cube_in_cube(g):
     """Return the distinct factors in the order of the case's value."""
     inner = 0.5 + g["a"] * (BOX[:, ::-1] - 0.5)
-    f = form_factors(_faces(BOX, inner), ASKED).toarray()
+    f = form_factors(faces_of(BOX, inner), ASKED).toarray()
     outer_sides, inner_sides = [2, 3, 4, 5], [8, 9, 10, 11]
     return np.array([
         f[0, 6:].sum(), f[0, 1], f[0, outer_sides].mean(), f[6, 0], f[6, outer_sides].mean(),
@@ -256,7 +256,7 @@ def divided(quads, n):
     return cells.reshape(-1, 4, 3)
 
 
-def _faces(*parts):
+def faces_of(*parts):
     """Return faces of quadrilaterals (k, 4, 3), each part a group."""
     group = np.repeat(np.arange(len(parts)), [len(p) for p in parts])
     return Faces(np.concatenate(parts), np.zeros(len(group), int), group)

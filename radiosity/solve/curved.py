@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from radiosity.analytic import load_cases
-from radiosity.mesh.faces import Faces
-from radiosity.solve.cases import Check, element_factor, timed
+from radiosity.solve.cases import Check, element_factor, faces_of, timed
 from radiosity.solve.matrix import form_factors
 
 ACCURACY = 1e-3  # asked of the factors; met with a margin, so that the error is the mesh's
@@ -82,15 +81,10 @@ def sphere(radius: float, n: int, inward: bool = False, height: float = 0.0) -> 
 
 def between(*parts, obstructions=None) -> np.ndarray:
     """Return the factors between surfaces, each given as its faces (k, 4, 3)."""
-    blocking = None if obstructions is None else _faces(obstructions)
-    faces = _faces(*parts)
+    blocking = None if obstructions is None else faces_of(obstructions)
+    faces = faces_of(*parts)
     factors = form_factors(faces, ACCURACY, obstructions=blocking, repair=False)
     return factors.grouped(faces.group, len(parts)).toarray()
-
-
-def _faces(*parts):
-    group = np.repeat(np.arange(len(parts)), [len(p) for p in parts])
-    return Faces(np.concatenate(parts), np.zeros(len(group), int), group)
 
 
 def _coaxial_disks(g, n):
@@ -109,7 +103,7 @@ def _element_sphere(g, n):
     tilt = np.radians(g["theta_deg"])
     point = np.array([-g["d"], 0, 0])
     faces = sphere(g["r"], n)
-    outward = _faces(faces).normals()
+    outward = faces_of(faces).normals()
     seen = np.einsum("kc,kc->k", outward, point - faces[:, 0]) > 0
     return element_factor(point, [np.cos(tilt), 0, np.sin(tilt)], faces[seen])
 

@@ -80,7 +80,11 @@ def form_factors(
     """
     if not TIGHTEST <= accuracy <= LOOSEST:
         raise ValueError(f"accuracy = {accuracy:g} must lie in [{TIGHTEST:g}, {LOOSEST:g}]")
-    given, blocking = _read(mesh, "mesh"), _read(obstructions, "obstructions")
+    given = _read(mesh, "mesh")
+    if len(given.faces) == 0:
+        raise ValueError(f"none of the {given.count} faces of the mesh has an area: nothing to see")
+    nothing = Given(Faces.concatenate([]), np.empty(0, int), 0)
+    blocking = nothing if obstructions is None else _read(obstructions, "obstructions")
     check_memory(len(given.faces) * (2 if two_sided else 1), memory)
     faces = Faces.concatenate([given.faces, blocking.faces])
     patches = _exposed(faces, given.faces)
@@ -99,9 +103,7 @@ def form_factors(
 
 
 def _read(mesh, name) -> Given:
-    """Return the pieces of a mesh, of a file's mesh, or of none."""
-    if mesh is None:
-        return Given(Faces.concatenate([]), np.empty(0, int), 0)
+    """Return the pieces of a mesh or of a file's mesh."""
     if isinstance(mesh, str | os.PathLike):
         return given_mesh(read_geometry(mesh, merge=False).faces)
     return given_mesh(mesh, name)

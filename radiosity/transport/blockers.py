@@ -85,7 +85,7 @@ def _morton(points) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _box_meets_shaft(low, high, p, normal, middle, around, other):
+def _box_meets_shaft(low, high, normal, middle, around, other):
     """Whether a box reaches in front of a polygon and near to the segment from its middle to other.
 
     ``around`` is the radius of the larger end of the shaft.
@@ -160,7 +160,7 @@ def between(corners, normal, p, q, slack):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_blockers(blockers, free, geometry, i, box, middle, reach, nodes, found):
+def find_blockers(blockers, free, geometry, i, box, middle, reach, beyond, nodes, found):
     """Write the blockers between polygon i and all that a box holds into found.
 
     Parameters
@@ -169,6 +169,9 @@ def find_blockers(blockers, free, geometry, i, box, middle, reach, nodes, found)
         Bodies on whose free side polygon i lies: of these only what it sees the front of counts.
     box : (m, 3)
         Its corners, or a polygon's; ``middle`` (3,) and ``reach``: a sphere about what it holds.
+    beyond : float
+        How far behind a blocker the box must lie to be hidden: above 0 for a box about many
+        polygons, one of which may lie on the blocker and be seen.
     nodes : (64,) int64, found : (k,) int64, space; more than k are TOO_MANY
 
     Returns
@@ -184,7 +187,7 @@ def find_blockers(blockers, free, geometry, i, box, middle, reach, nodes, found)
         left -= 1
         m = nodes[left]
         if not _box_meets_shaft(
-            blockers.low[m], blockers.high[m], p, normal, centre, around, middle
+            blockers.low[m], blockers.high[m], normal, centre, around, middle
         ):
             continue
         if m < blockers.leaves:
@@ -200,8 +203,10 @@ def find_blockers(blockers, free, geometry, i, box, middle, reach, nodes, found)
                 continue
             where = between(corners, blockers.normal[b], p, box, slack)
             if where == COVERS:
-                return HIDDEN
-            if where == BETWEEN:
+                low, high = heights(box, corners[0], blockers.normal[b])
+                if max(low, -high) >= beyond:
+                    return HIDDEN
+            if where != AWAY:
                 if count == len(found):
                     return TOO_MANY
                 found[count] = b

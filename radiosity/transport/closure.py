@@ -81,7 +81,9 @@ def repaired(factors: FormFactors) -> FormFactors:
         share = np.where(exposed, flux / np.where(exposed, factors.area, 1.0), share)
     if not _worst(left) <= BOUND:
         raise NotClosable(raw, left)
-    absorbed = np.minimum(factors.openness.absorbed, share)
+    before = factors.openness  # of which the same part is absorbed, all of it where it was all
+    some = np.where(before.share > 0, before.share, 1.0)
+    absorbed = share * (before.absorbed / some)
     openness = Openness(share, factors.openness.error, absorbed)
     return FormFactors(exchange, factors.area, factors.error, openness, raw)
 

@@ -5,7 +5,7 @@ from numba import njit
 
 from radiosity.mesh.patches import Patches
 from radiosity.transport.operator import Openness
-from radiosity.transport.polygon import bilinear
+from radiosity.transport.polygon import first_half, place_evenly
 from radiosity.transport.sampling import cosine_direction, hashed, sobol
 from radiosity.transport.threads import over_ranges
 from radiosity.transport.visibility import LIFT, Visibility
@@ -13,7 +13,7 @@ from radiosity.transport.visibility import LIFT, Visibility
 FEWEST, MOST = 64, 4096  # rays from a row
 AT_ONCE = 1 << 17  # rays that a scene of few rows gets at least, so that small holes are found
 CHUNK = 1 << 15
-OTHER = 1 << 40
+PLACE = 1 << 41  # tells its patterns from those of rays between pairs
 OUTSIDE, ROW, SURFACE = 0, 1, 2
 
 
@@ -23,11 +23,12 @@ def _aim(rows, vertices, normals, first, count, seed, centre, scale, lift, start
     for m in range(len(rows)):
         i = rows[m]
         n = normals[i]
-        place, way = hashed(i, OTHER, seed), hashed(i, OTHER + 1, seed)
+        half = first_half(vertices[i])
+        place, way = hashed(i, PLACE, seed), hashed(i, PLACE + 1, seed)
         for k in range(count):
             r = m * count + k
             s, t = sobol(first + k, 0, place), sobol(first + k, 1, place >> np.uint64(32))
-            bilinear(vertices[i], s, t, x)
+            place_evenly(vertices[i], half, s, t, x)
             u, v = sobol(first + k, 2, way), sobol(first + k, 3, way >> np.uint64(32))
             cosine_direction(u, v, n, d)
             for c in range(3):

@@ -50,8 +50,8 @@ ROWS = 16
 UNSEEN = -1
 RAYS = -1.0  # marks in the errors what is left to rays
 # Shares of the asked accuracy: of the unoccluded exchange, of what blockers leave of it, and of an
-# entry too small to matter.
-WHOLE, SHARE, SMALL = 1e-2, 0.9, 0.3
+# entry too small to matter: 1 together.
+WHOLE, SHARE, SMALL = 1e-2, 0.75, 0.24
 TIGHTEST, LOOSEST = 1e-12, 1e-4
 # So few patches get exact unoccluded factors, and shares with so much more care.
 FEW, CARE = 64, 0.05
@@ -237,10 +237,10 @@ def _block_run(
     """
     middle, nodes, run = np.empty(3), spaces.nodes, spaces.run
     reach = _box_about(geometry, start, count, needed, box, middle)
-    some = find_blockers(blockers, free, geometry, i, box, middle, reach, nodes, run)
+    slack = 4.0 * geometry.grain
+    some = find_blockers(blockers, free, geometry, i, box, middle, reach, slack, nodes, run)
     if some == HIDDEN:
         return True
-    slack = 4.0 * geometry.grain
     if some > 0:
         prepare_lines(
             blockers, run[:some], geometry.vertices[i], slack, spaces.lines, spaces.sides
@@ -252,8 +252,8 @@ def _block_run(
         q = geometry.vertices[j]
         if some == TOO_MANY:
             counts[k] = find_blockers(
-                blockers, free, geometry, i, q, geometry.centroid[j], geometry.radius[j], nodes,
-                found[k],
+                blockers, free, geometry, i, q, geometry.centroid[j], geometry.radius[j], -slack,
+                nodes, found[k],
             )  # fmt: skip
         else:
             counts[k] = keep_between(

@@ -176,7 +176,7 @@ def partial_exchange(geometry, i, j, count_p, count_q, whole, tolerance, shadows
         return whole, whole
     share, doubt = out[0] / out[1], out[2] / out[1]
     if share <= LEAK * shadows[2]:
-        return 0.0, 0.0
+        return 0.0, whole * (share + doubt)
     if abs(out[1] - whole) <= ROUGH * tolerance * whole or not 0.0 < share < 1.0:
         return whole * share, whole * doubt
     # too near for the rules: the part that is smaller must be right by itself

@@ -94,6 +94,32 @@ def clip(polygon, point, normal, tolerance, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def first_half(polygon):
+    """Return the share of a quadrilateral's area on its second vertex' side of the diagonal."""
+    e, f, g = polygon[1] - polygon[0], polygon[2] - polygon[0], polygon[3] - polygon[0]
+    one = two = 0.0
+    for c in range(3):
+        a, b = (c + 1) % 3, (c + 2) % 3
+        one += (e[a] * f[b] - e[b] * f[a]) ** 2
+        two += (f[a] * g[b] - f[b] * g[a]) ** 2
+    one, two = math.sqrt(one), math.sqrt(two)
+    return one / (one + two) if one > 0.0 else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def place_evenly(polygon, half, s, t, x):
+    """Write into x the image of (s, t) under a map of the unit square that keeps shares of area.
+
+    ``half`` is the polygon's `first_half`. Either half is a triangle (Turk 1990).
+    """
+    k = 1 if s < half else 2
+    r = math.sqrt(s / half if k == 1 else (s - half) / (1.0 - half))
+    for c in range(3):
+        v = polygon[0, c]
+        x[c] = v + r * ((1.0 - t) * (polygon[k, c] - v) + t * (polygon[k + 1, c] - v))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def bilinear(polygon, s, t, x):
     """Write the point at (s, t) into x and return the area stretch |x_s cross x_t| there."""
     w0, w1, w2, w3 = (1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t

@@ -1,6 +1,7 @@
 """Form factors on disk: ``.npz`` holds everything, ``.csv`` and View3D's text the matrix F."""
 
 import os
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from zipfile import BadZipFile
@@ -155,7 +156,8 @@ def _read_npz(path):
     try:
         with np.load(path, allow_pickle=False) as file:
             found = {key: file[key] for key in file.files}
-    except (BadZipFile, EOFError, ValueError, AttributeError, TypeError) as error:
+    except (BadZipFile, EOFError, ValueError, AttributeError, TypeError, NotImplementedError,
+            zlib.error) as error:  # fmt: skip
         raise ValueError(
             f"{path}: is no .npz of plain arrays ({error}); write it with save_factors"
         ) from None
@@ -245,7 +247,9 @@ def _read_view3d(path):
     _check_reciprocity(reject, product, TEXT_RECIPROCITY)
     openness = Openness.closed(n)
     if not closed:
-        openness = Openness(np.maximum(0.0, 1.0 - matrix.sum(axis=1)), openness.error)
+        outside = np.maximum(0.0, 1.0 - matrix.sum(axis=1))
+        sees = (area > 0) & matrix.any(axis=1)
+        openness = Openness(np.where(sees, outside, 0.0), openness.error)
     error = (np.abs(product - product.T) / 2).astype(np.float32)
     return FormFactors((product + product.T) / 2, area, error, openness)
 

@@ -77,7 +77,7 @@ class Visibility:
             corners, normal = self._corners[self._of_facet == b], self._normal[self._of_facet == b]
             free[:, b] = free_of(corners, corners[:, 0], normal, points, 4.0 * self.grain)
             own = self._of_face[patches.face] == b
-            free[own, b] = patches.front[own]
+            free[own, b] &= patches.front[own]
         return free
 
     def blocked(self, origins: np.ndarray, spans: np.ndarray) -> np.ndarray:
