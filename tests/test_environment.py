@@ -34,6 +34,15 @@ def to_the_lid(centroids):
 # ------------------------------------------------------------------------------- closed forms
 
 
+@pytest.mark.parametrize("room", [ROOM, ROOM * 1000 + 1e5], ids=["near", "far"])
+def test_no_ray_slips_through_a_corner(room):
+    """Those from the edges of a closed room stay inside; with these seeds some start there."""
+    _, _, cells = meshed(faces_of(room), 16)
+    for seed in (308, 346, 412, 535, 551, 624, 1170, 1555):
+        found, _ = openness_of(cells.vertices, 1, accuracy=0.1, seed=seed)
+        assert np.all(found.share == 0) and np.all(found.error == 0)
+
+
 @pytest.mark.parametrize("corners", [[0, 1, 2, 2], [0, 1, 3, 3], [0, 1, 2, 3]])
 def test_rays_start_evenly_on_any_shape(corners):
     """What two faces do not send to each other leaves: 1 - F, for triangles and a trapezoid."""

@@ -18,12 +18,17 @@ OUTSIDE, ROW, SURFACE = 0, 1, 2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _aim(rows, vertices, normals, first, count, seed, centre, scale, lift, start, direction):
-    x, d = np.empty(3), np.empty(3)
+def _aim(rows, vertices, area, normals, first, count, seed, centre, scale, lift, start, direction):
+    x, d, middle = np.empty(3), np.empty(3), np.empty(3)
     for m in range(len(rows)):
         i = rows[m]
         n = normals[i]
-        half = first_half(vertices[i])
+        half, reach = first_half(vertices[i]), 0.0
+        for c in range(3):
+            middle[c] = vertices[i, :, c].mean()
+            reach = max(reach, np.abs(vertices[i, :, c] - middle[c]).max())
+        # off the edges as well as off the surface, for a neighbour may rise there
+        inward = min(0.5, 4.0 * lift * reach / (scale * area[i]))
         place, way = hashed(i, PLACE, seed), hashed(i, PLACE + 1, seed)
         for k in range(count):
             r = m * count + k
@@ -32,6 +37,7 @@ def _aim(rows, vertices, normals, first, count, seed, centre, scale, lift, start
             u, v = sobol(first + k, 2, way), sobol(first + k, 3, way >> np.uint64(32))
             cosine_direction(u, v, n, d)
             for c in range(3):
+                x[c] += inward * (middle[c] - x[c])
                 start[r, c] = (x[c] - centre[c]) * scale + lift * n[c]
                 direction[r, c] = d[c]
 
@@ -81,7 +87,7 @@ def _trace(met, rows, samples, patches, visibility, is_row, seed):
         start = np.empty((len(block) * count, 3), np.float32)
         direction = np.empty_like(start)
         _aim(
-            block, patches.vertices, patches.normal, samples.start, count, seed,
+            block, patches.vertices, patches.area, patches.normal, samples.start, count, seed,
             visibility.centre, visibility.scale, LIFT, start, direction,
         )  # fmt: skip
         face, _ = visibility.first_hits(start, direction)
