@@ -272,7 +272,7 @@ def test_a_warped_bystander_does_not_hide_what_is_certain():
     """Its unevenness blurs how much passes a slit; then the error says so."""
     slit = [[[-1, -1, 0.5], [0.4999, -1, 0.5], [0.4999, 2, 0.5], [-1, 2, 0.5]],
             [[0.5001, -1, 0.5], [2, -1, 0.5], [2, 2, 0.5], [0.5001, 2, 0.5]]]  # fmt: skip
-    warped = np.array([[5, 5, 0], [6, 5, 0], [6, 6, 9e-6], [5, 6, 0]])
+    warped = np.array([[3, 3, 0], [11, 3, 0], [11, 11, 3e-6], [3, 11, 0]])
     pair = [SQUARE, SQUARE[::-1] + [0, 0, 1]]
     exact = radiosity.form_factors(
         mesh_of(pair), 1e-6, obstructions=mesh_of(slit), repair=False
