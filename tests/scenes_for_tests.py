@@ -97,6 +97,18 @@ def rotation(rng):
     return q * np.linalg.det(q)
 
 
+def ring(rng, corners, size):
+    """Return a random convex polygon about the origin."""
+    angle = np.sort(rng.uniform(0, 2 * np.pi, corners))
+    flat = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    return flat * rng.uniform(0.5, 1, 3) * size @ rotation(rng).T
+
+
+def normal_of(polygon):
+    across = np.cross(polygon[1] - polygon[0], polygon[2] - polygon[0])
+    return across / np.linalg.norm(across)
+
+
 def meshed(faces, n, emits=None):
     """Return visibility, table and patches of faces divided n x n."""
     emits = np.zeros(len(faces), bool) if emits is None else np.asarray(emits, bool)

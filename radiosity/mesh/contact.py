@@ -46,7 +46,7 @@ class Contacts:
     faces: dict[int, FaceContact] = field(default_factory=dict)
 
 
-def find_contacts(faces: Faces, emits: np.ndarray) -> Contacts:
+def find_contacts(faces: Faces, emits: np.ndarray, count: int | None = None) -> Contacts:
     """Find every face that another one touches, crosses or covers.
 
     Parameters
@@ -54,6 +54,8 @@ def find_contacts(faces: Faces, emits: np.ndarray) -> Contacts:
     faces : Faces
     emits : (f,) bool
         Of coplanar faces on the same side the emitter wins, then the one read first.
+    count : int, optional
+        Look for contacts of so many faces only, the first ones, with any.
 
     Returns
     -------
@@ -66,7 +68,8 @@ def find_contacts(faces: Faces, emits: np.ndarray) -> Contacts:
     low, high = v.min(axis=1), v.max(axis=1)
     touch = TOUCH * np.linalg.norm(np.ptp(v, axis=(0, 1))) if len(v) else 0.0
     normals = faces.normals()
-    first, second = _candidates(v, normals, low, high, touch)
+    count = len(faces) if count is None else count
+    first, second = _candidates(v, normals, low, high, touch, count)
     found = {}
     for f, others in _by_first(first, second):
         height = (v[others] - v[f, 0]) @ normals[f]
@@ -85,15 +88,16 @@ def _by_first(first, second):
     yield from zip(faces.tolist(), parts, strict=False)
 
 
-def _candidates(v, normals, low, high, touch):
-    """Return pairs of faces (f, g) such that g may leave a mark in f, few without."""
+def _candidates(v, normals, low, high, touch, count):
+    """Return pairs of faces (f, g), f < count, such that g may leave a mark in f, few without."""
     edge = np.roll(v, -1, axis=1) - v
     inward = np.cross(normals[:, None], edge)
     with np.errstate(invalid="ignore"):  # the repeated vertex of a triangle bounds nothing
         inward /= np.linalg.norm(inward, axis=2, keepdims=True)
     found = [np.empty((2, 0), int)]
     for f, g in _near(low, high, touch):
-        f, g = f[f != g], g[f != g]
+        keep = (f != g) & (f < count)
+        f, g = f[keep], g[keep]
         for points in (_vertices, _marks):
             at, there = points(v, normals, f, g, touch)
             keep = there.any(axis=1)

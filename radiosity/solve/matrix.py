@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from radiosity.mesh.contact import Contacts, find_contacts
+from radiosity.mesh.contact import find_contacts
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.given import Given, given_mesh
 from radiosity.mesh.patches import make_patches
@@ -111,10 +111,9 @@ def _read(mesh, name) -> Given:
 
 def _exposed(faces: Faces, rows: Faces):
     """Return a patch for every piece of the rows that contact with any face cuts them into."""
-    contacts = find_contacts(faces, np.zeros(len(faces), bool))
-    own = Contacts({f: c for f, c in contacts.faces.items() if f < len(rows)})
+    contacts = find_contacts(faces, np.zeros(len(faces), bool), len(rows))
     shape = np.where(rows.is_triangle[:, None], [1, 0], [1, 1])
-    return make_patches(rows, shape, own)
+    return make_patches(rows, shape, contacts)
 
 
 def check_memory(rows: int, limit: float | None) -> None:

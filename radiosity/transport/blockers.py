@@ -5,18 +5,19 @@ that the whole shaft passes through hides the pair; the others are cut out exact
 where they are many, left to rays.
 """
 
-import math
 from collections import namedtuple
 
 import numpy as np
 from numba import njit
 
 from radiosity.transport.polygon import heights
+from radiosity.transport.shaft import beside, box_beside
 
-LEAF = 2
+LEAF = 4
 MOST = 32  # blockers in one shaft that are cut out exactly
 HIDDEN, TOO_MANY = -1, -2
 AWAY, BETWEEN, COVERS = 0, 1, 2
+DIRECTIONS, CHUNK = 64, 256
 
 Blockers = namedtuple("Blockers", "corners count normal body low high leaves")
 Blockers.__doc__ = """Convex polygons in Morton order, and the boxes of a binary tree over them.
@@ -60,14 +61,25 @@ def make_blockers(corners, count, normal, body, grain: float) -> Blockers:
     )  # fmt: skip
 
 
-def _on_the_hull(corners, normal, slack, chunk: int = 256) -> np.ndarray:
-    """Return (k,) bool: polygons whose plane has all corners on one side, within slack."""
-    points = np.unique(corners.reshape(-1, 3), axis=0)
+def _on_the_hull(corners, normal, slack) -> np.ndarray:
+    """Return (k,) bool: polygons whose plane has all corners on one side, within slack.
+
+    Those that the outermost corners in some directions lie on both sides of are spared the rest.
+    """
+    points = corners.reshape(-1, 3)
+    ways = np.random.default_rng(0).normal(size=(DIRECTIONS, 3))
+    outer = np.unique([np.argmax(points @ way) for way in ways]) if len(points) else []
     level = np.einsum("kc,kc->k", corners[:, 0], normal)
+    left = np.arange(len(corners))
+    for tried in (points[outer], points):
+        one_side = np.zeros(len(left), bool)
+        for a in range(0, len(left), CHUNK):
+            part = left[a : a + CHUNK]
+            h = normal[part] @ tried.T - level[part, None]
+            one_side[a : a + CHUNK] = (h.min(axis=1) >= -slack) | (h.max(axis=1) <= slack)
+        left = left[one_side]
     found = np.zeros(len(corners), bool)
-    for a in range(0, len(corners), chunk):
-        h = normal[a : a + chunk] @ points.T - level[a : a + chunk, None]
-        found[a : a + chunk] = (h.min(axis=1) >= -slack) | (h.max(axis=1) <= slack)
+    found[left] = True
     return found
 
 
@@ -82,30 +94,6 @@ def _morton(points) -> np.ndarray:
         for c in range(3):
             code |= ((cell[:, c] >> bit) & 1) << (3 * bit + c)
     return code
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _box_meets_shaft(low, high, normal, middle, around, other):
-    """Whether a box reaches in front of a polygon and near to the segment from its middle to other.
-
-    ``around`` is the radius of the larger end of the shaft.
-    """
-    front = 0.0
-    for c in range(3):
-        front += normal[c] * ((high[c] if normal[c] > 0.0 else low[c]) - middle[c])
-    if not front > 0.0:
-        return False
-    enter, leave = 0.0, 1.0
-    for c in range(3):
-        a, b = low[c] - around - middle[c], high[c] + around - middle[c]
-        d = other[c] - middle[c]
-        if abs(d) < 1e-300:
-            if a > 0.0 or b < 0.0:
-                return False
-            continue
-        a, b = a / d, b / d
-        enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
-    return enter <= leave
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -160,15 +148,21 @@ def between(corners, normal, p, q, slack):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_blockers(blockers, free, geometry, i, box, middle, reach, beyond, nodes, found):
-    """Write the blockers between polygon i and all that a box holds into found.
+def find_blockers(blockers, free, p, box, planes, slack, beyond, nodes, found):
+    """Write the blockers between a polygon and all that a box holds into found.
 
     Parameters
     ----------
     free : (bodies + 1,) bool
-        Bodies on whose free side polygon i lies: of these only what it sees the front of counts.
+        Bodies on whose free side the polygon lies: of these only what it sees the front of counts.
+    p : (4, 3)
+        Corners of the polygon.
     box : (m, 3)
-        Its corners, or a polygon's; ``middle`` (3,) and ``reach``: a sphere about what it holds.
+        Corners of the box, or of another polygon.
+    planes : (k, 4)
+        Of the shaft between them, see `shaft_planes`.
+    slack : float
+        Distance that counts as touching.
     beyond : float
         How far behind a blocker the box must lie to be hidden: above 0 for a box about many
         polygons, one of which may lie on the blocker and be seen.
@@ -181,14 +175,10 @@ def find_blockers(blockers, free, geometry, i, box, middle, reach, beyond, nodes
     """
     count, left = 0, 1
     nodes[0] = 1
-    p, normal, centre = geometry.vertices[i], geometry.normal[i], geometry.centroid[i]
-    around, slack = max(geometry.radius[i], reach), 4.0 * geometry.grain
     while left > 0:
         left -= 1
         m = nodes[left]
-        if not _box_meets_shaft(
-            blockers.low[m], blockers.high[m], normal, centre, around, middle
-        ):
+        if box_beside(blockers.low[m], blockers.high[m], planes, slack):
             continue
         if m < blockers.leaves:
             nodes[left], nodes[left + 1] = 2 * m + 1, 2 * m
@@ -197,7 +187,7 @@ def find_blockers(blockers, free, geometry, i, box, middle, reach, beyond, nodes
         first = (m - blockers.leaves) * LEAF
         for b in range(first, min(first + LEAF, len(blockers.count))):
             corners = blockers.corners[b, : blockers.count[b]]
-            if heights(corners, centre, normal)[1] <= slack:
+            if beside(corners, planes, slack):
                 continue
             if free[blockers.body[b]] and heights(p, corners[0], blockers.normal[b])[1] <= slack:
                 continue
@@ -284,60 +274,38 @@ def keep_between(blockers, candidates, lines, sides, centre, normal, q, slack, f
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def drop_beside(blockers, found, count, p, normal_p, q, normal_q, slack):
-    """Keep in found[:count] what no side of the shaft of p and q keeps out; return how many.
-
-    Parameters
-    ----------
-    p, q : (m, 3)
-        Convex polygons in front of each other, counter-clockwise about their normals.
-    """
-    count = _drop_by_edges(blockers, found, count, p, normal_p, q, slack)
-    return _drop_by_edges(blockers, found, count, q, normal_q, p, slack) if count > 0 else 0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _drop_by_edges(blockers, found, count, p, n, q, slack):
-    """Drop what lies beyond the planes through an edge of p that just touch q."""
-    plane = np.empty(3)
-    for e in range(len(p)):
-        a = p[e]
-        if not _plane_about(a, p[(e + 1) % len(p)], n, q, plane):
+def comes_near(blockers, normal, centre, radius, reach, nodes):
+    """Whether a blocker comes within ``reach`` in front of a polygon, over the circle about it."""
+    left, nodes[0] = 1, 1
+    while left > 0:
+        left -= 1
+        m = nodes[left]
+        apart = False
+        for c in range(3):
+            around = radius + reach
+            apart = apart or blockers.low[m, c] > centre[c] + around
+            apart = apart or blockers.high[m, c] < centre[c] - around
+        if apart:
             continue
-        if heights(p, a, plane)[1] > slack or heights(q, a, plane)[1] > slack:
-            continue  # the direction of a short edge is rounding
-        kept = 0
-        for k in range(count):
-            corners = blockers.corners[found[k], : blockers.count[found[k]]]
-            if heights(corners, a, plane)[0] < -slack:
-                found[kept] = found[k]
-                kept += 1
-        count = kept
-    return count
+        if m < blockers.leaves:
+            nodes[left], nodes[left + 1] = 2 * m + 1, 2 * m
+            left += 2
+            continue
+        first = (m - blockers.leaves) * LEAF
+        for b in range(first, min(first + LEAF, len(blockers.count))):
+            corners = blockers.corners[b, : blockers.count[b]]
+            low, high = heights(corners, centre, normal)
+            if low <= reach and high > 0.0:
+                return True
+    return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _plane_about(a, b, n, q, plane):
-    """Write the outward unit normal of the plane through the edge a-b that just touches q.
-
-    False where there is none.
-    """
-    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    mx, my, mz = y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
-    size = math.sqrt(mx * mx + my * my + mz * mz)
-    if not size > 0.0:
-        return False
-    mx, my, mz = mx / size, my / size, mz / size
-    out = up = 0.0  # of the corner seen furthest beyond the edge
-    for k in range(len(q)):
-        x, y, z = q[k, 0] - a[0], q[k, 1] - a[1], q[k, 2] - a[2]
-        side, height = mx * x + my * y + mz * z, max(0.0, n[0] * x + n[1] * y + n[2] * z)
-        if k == 0 or side * up > out * height:
-            out, up = side, height
-    slope = math.sqrt(out * out + up * up)
-    if not slope > 0.0:
-        return False
-    plane[0] = (up * mx - out * n[0]) / slope
-    plane[1] = (up * my - out * n[1]) / slope
-    plane[2] = (up * mz - out * n[2]) / slope
-    return True
+def drop_beside(blockers, found, count, planes, slack):
+    """Keep in found[:count] what no plane of a shaft keeps out; return how many."""
+    kept = 0
+    for k in range(count):
+        if not beside(blockers.corners[found[k], : blockers.count[found[k]]], planes, slack):
+            found[kept] = found[k]
+            kept += 1
+    return kept

@@ -10,6 +10,7 @@ from radiosity.transport.blockers import (
     HIDDEN,
     MOST,
     TOO_MANY,
+    comes_near,
     drop_beside,
     find_blockers,
     keep_between,
@@ -17,6 +18,7 @@ from radiosity.transport.blockers import (
 )
 from radiosity.transport.environment import measure_openness
 from radiosity.transport.exchange import (
+    CORNERS,
     FEWEST,
     GRAZING,
     Geometry,
@@ -43,8 +45,9 @@ from radiosity.transport.screen import (
     screen,
 )
 from radiosity.transport.shadow import make_shade
+from radiosity.transport.shaft import half_shaft_planes, shaft_planes
 from radiosity.transport.threads import Progress, over_ranges, silent
-from radiosity.transport.visibility import Visibility
+from radiosity.transport.visibility import LIFT, Visibility
 
 ROWS = 16
 UNSEEN = -1
@@ -53,11 +56,20 @@ RAYS = -1.0  # marks in the errors what is left to rays
 # entry too small to matter: 1 together.
 WHOLE, SHARE, SMALL = 1e-2, 0.75, 0.24
 TIGHTEST, LOOSEST = 1e-12, 1e-4
+# More blockers in a shaft than this are left to rays where a share need be no better than this and
+# no blocker comes so near to either end that a ray's origin would be lifted past it.
+FEWER, COARSE, NEAR = 8, 7e-3, 4.0 * LIFT
 # So few patches get exact unoccluded factors, and shares with so much more care.
 FEW, CARE = 64, 0.05
 
 
-Spaces = namedtuple("Spaces", "room shade nodes run lines sides")
+Barriers = namedtuple("Barriers", "blockers free limit")
+Barriers.__doc__ = """What can hide pairs.
+
+free (n, bodies + 1) bool: see `Visibility.free_sides`; limit (n,): how many blockers are cut out
+exactly where rays would do, FEWER or MOST.
+"""
+Spaces = namedtuple("Spaces", "room shade nodes run lines sides planes")
 Spaces.__doc__ = "Space for one thread: see `make_room`, `make_shade`, `find_blockers`."
 
 
@@ -98,7 +110,10 @@ def form_factors(
     n = len(patches)
     exchange, error = np.zeros((n, n)), np.zeros((n, n), np.float32)
     geometry = patch_geometry(patches, visibility)
-    columns, free = make_columns(geometry), visibility.free_sides(patches)
+    columns, blockers = make_columns(geometry), visibility.blockers
+    limit = np.full(n, FEWER)
+    _limit_near(geometry, blockers, limit)
+    barriers = Barriers(blockers, visibility.free_sides(patches), limit)
     whole = TIGHTEST if n <= FEW else float(np.clip(WHOLE * accuracy, TIGHTEST, LOOSEST))
     care = CARE if n <= FEW else 1.0
     asked = whole, care * SHARE * accuracy, care * SMALL * accuracy / max(1, n)
@@ -107,11 +122,9 @@ def form_factors(
     def pairs(a, b):
         spaces = Spaces(
             make_room(), make_shade(), np.empty(64, np.int64), np.empty(MOST, np.int64),
-            np.empty((MOST, 8, 4, 4)), np.empty(MOST),
+            np.empty((MOST, 8, 4, 4)), np.empty(MOST), np.empty((2 + 2 * CORNERS, 4)),
         )
-        _rows(
-            a, b, live, geometry, columns, visibility.blockers, free, asked, spaces, exchange, error
-        )
+        _rows(a, b, live, geometry, columns, barriers, asked, spaces, exchange, error)
         exchange[a:b] *= unit
         error[a:b] *= unit
 
@@ -130,9 +143,19 @@ def form_factors(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _rows(
-    first, stop, live, geometry, columns, blockers, free, asked, spaces, exchange, error
-):  # fmt: skip
+def _limit_near(geometry, blockers, limit):
+    """Write MOST for polygons that a blocker comes so near to that rays could start beyond it."""
+    nodes = np.empty(64, np.int64)
+    for i in range(len(limit)):
+        if comes_near(
+            blockers, geometry.normal[i], geometry.centroid[i],
+            geometry.radius[i], NEAR, nodes,
+        ):  # fmt: skip
+            limit[i] = MOST
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rows(first, stop, live, geometry, columns, barriers, asked, spaces, exchange, error):
     """Fill exchange[i, j] and error[i, j] for first <= i < stop and j > i."""
     n = len(live)
     table, product, box = np.empty((5, RUN)), np.zeros((LARGEST + 1, RUN)), np.empty((8, 3))
@@ -147,8 +170,8 @@ def _rows(
             if not _points_of_run(geometry, i, start, count, live, asked[0], table, needed):
                 continue
             counts[:] = 0
-            if len(blockers.count) > 0 and _block_run(
-                geometry, i, start, count, blockers, free[i], needed, counts, found, box, spaces
+            if len(barriers.blockers.count) > 0 and _block_run(
+                geometry, i, start, count, barriers, asked, needed, counts, found, box, spaces
             ):
                 continue
             for points in range(FEWEST, LARGEST + 1):
@@ -167,7 +190,7 @@ def _rows(
                     value, doubt = exchange_area(geometry, i, j, asked[0], spaces.room)
                 if counts[k] != 0 and value > 0.0:
                     value, doubt = _past_blockers(
-                        geometry, i, j, value, doubt, blockers, found[k], counts[k], asked, spaces
+                        geometry, i, j, value, doubt, barriers, found[k], counts[k], asked, spaces
                     )
                 exchange[i, j], error[i, j] = value, doubt
 
@@ -208,8 +231,8 @@ def _reach_of(needed, count, points):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _box_about(geometry, start, count, needed, box, middle):
-    """Write corners and middle of the box about the pairs' second polygons; return its radius."""
+def _box_about(geometry, start, count, needed, box):
+    """Write the corners of the box about the pairs' second polygons."""
     low, high = np.full(3, 1e300), np.full(3, -1e300)
     for k in range(count):
         if needed[k] != UNSEEN:
@@ -217,44 +240,41 @@ def _box_about(geometry, start, count, needed, box, middle):
                 for c in range(3):
                     x = geometry.vertices[start + k, v, c]
                     low[c], high[c] = min(low[c], x), max(high[c], x)
-    reach = 0.0
     for c in range(3):
-        middle[c] = 0.5 * (low[c] + high[c])
-        reach += 0.25 * (high[c] - low[c]) ** 2
         for m in range(8):
             box[m, c] = high[c] if (m >> c) & 1 else low[c]
-    return reach**0.5
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _block_run(
-    geometry, i, start, count, blockers, free, needed, counts, found, box, spaces
+    geometry, i, start, count, barriers, asked, needed, counts, found, box, spaces
 ):  # fmt: skip
     """Find the blockers of each pair of a run; whether all pairs are hidden.
 
     First those between polygon i and a box about all that face it, then those of each pair. Hidden
     pairs become UNSEEN.
     """
-    middle, nodes, run = np.empty(3), spaces.nodes, spaces.run
-    reach = _box_about(geometry, start, count, needed, box, middle)
+    _box_about(geometry, start, count, needed, box)
+    blockers, free = barriers.blockers, barriers.free[i]
+    p, planes, nodes, run = geometry.vertices[i], spaces.planes, spaces.nodes, spaces.run
     slack = 4.0 * geometry.grain
-    some = find_blockers(blockers, free, geometry, i, box, middle, reach, slack, nodes, run)
+    bounds = half_shaft_planes(geometry, i, box, slack, planes)
+    some = find_blockers(blockers, free, p, box, planes[:bounds], slack, slack, nodes, run)
     if some == HIDDEN:
         return True
     if some > 0:
-        prepare_lines(
-            blockers, run[:some], geometry.vertices[i], slack, spaces.lines, spaces.sides
-        )
+        prepare_lines(blockers, run[:some], p, slack, spaces.lines, spaces.sides)
     for k in range(count):
         if needed[k] == UNSEEN or some == 0:
             continue
         j = start + k
         q = geometry.vertices[j]
         if some == TOO_MANY:
+            bounds = shaft_planes(geometry, i, j, p, q, slack, planes)
+            most = max(barriers.limit[i], barriers.limit[j]) if asked[1] >= COARSE else MOST
             counts[k] = find_blockers(
-                blockers, free, geometry, i, q, geometry.centroid[j], geometry.radius[j], -slack,
-                nodes, found[k],
-            )  # fmt: skip
+                blockers, free, p, q, planes[:bounds], slack, -slack, nodes, found[k, :most]
+            )
         else:
             counts[k] = keep_between(
                 blockers, run[:some], spaces.lines, spaces.sides, geometry.centroid[j],
@@ -266,7 +286,7 @@ def _block_run(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _past_blockers(geometry, i, j, value, error, blockers, found, count, asked, spaces):
+def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, spaces):
     """Return what blockers leave of an exchange, and its error; error RAYS where rays must tell."""
     if count == TOO_MANY:
         return value, RAYS
@@ -274,12 +294,14 @@ def _past_blockers(geometry, i, j, value, error, blockers, found, count, asked, 
     if count_p == 0:
         return 0.0, 0.0
     p, q, slack = spaces.room.p[:count_p], spaces.room.q[:count_q], 4.0 * geometry.grain
-    normals = geometry.normal[i], geometry.normal[j]
-    count = drop_beside(blockers, found, count, p, normals[0], q, normals[1], slack)
+    bounds = shaft_planes(geometry, i, j, p, q, slack, spaces.planes)
+    count = drop_beside(barriers.blockers, found, count, spaces.planes[:bounds], slack)
     if count == 0:
         return value, error
     tolerance = max(asked[1], asked[2] * min(geometry.area[i], geometry.area[j]) / value)
-    shadows = (blockers, found[:count], geometry.grain, spaces.shade, spaces.room.x)
+    if tolerance >= COARSE and count > max(barriers.limit[i], barriers.limit[j]):
+        return value, RAYS
+    shadows = (barriers.blockers, found[:count], geometry.grain, spaces.shade, spaces.room.x)
     seen, doubt = partial_exchange(
         geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
     )

@@ -1,0 +1,168 @@
+"""The shaft of a pair: its planes against linear programs; what rays may be trusted with."""
+
+import numpy as np
+import pytest
+from scenes_for_tests import SQUARE, box, faces_of, meshed, normal_of, ring, rotation
+from scipy.optimize import linprog
+
+from radiosity.transport import factors
+from radiosity.transport.blockers import comes_near, drop_beside, make_blockers
+from radiosity.transport.exchange import make_geometry
+from radiosity.transport.factors import NEAR, form_factors
+from radiosity.transport.shaft import beside, box_beside, half_shaft_planes, shaft_planes
+
+GRAIN = 1e-15  # of coordinates about 1
+SLACK = 4 * GRAIN
+
+
+def is_apart(hull, polygon):
+    """Whether some plane has a hull on one side and a polygon beyond it, 1e-6 away."""
+    points, signs = np.concatenate([-hull, polygon]), np.repeat([1, -1], [len(hull), len(polygon)])
+    rows = np.c_[points, signs]
+    limit = np.repeat([0.0, -1.0], [len(hull), len(polygon)])
+    found = linprog(np.zeros(4), A_ub=rows, b_ub=limit, bounds=[(-1e6, 1e6)] * 4)
+    return found.status == 0
+
+
+def facing_pairs(rng, count):
+    """Yield quadrilaterals 0 and 1, each wholly in front of the other, as a geometry."""
+    while count:
+        p, q = ring(rng, 4, 0.3), ring(rng, 4, 0.3)
+        p = p if normal_of(p)[2] > 0 else p[::-1]
+        q = (q if normal_of(q)[2] < 0 else q[::-1]) + [0, 0, 1]
+        normals = np.array([normal_of(p), normal_of(q)])
+        if ((q - p[0]) @ normals[0]).min() > 0 and ((p - q[0]) @ normals[1]).min() > 0:
+            both = np.array([p, q])
+            yield make_geometry(both, normals, both.mean(axis=1), np.ones(2), GRAIN)
+            count -= 1
+
+
+def planes_of(geometry):
+    planes = np.empty((10, 4))
+    return planes[: shaft_planes(geometry, 0, 1, *geometry.vertices, SLACK, planes)]
+
+
+def test_planes_touch_the_shaft_from_outside():
+    rng = np.random.default_rng(1)
+    for geometry in facing_pairs(rng, 50):
+        hull = geometry.vertices.reshape(-1, 3)
+        planes = planes_of(geometry)
+        assert len(planes) == 10
+        assert np.linalg.norm(planes[:, :3], axis=1) == pytest.approx(1)
+        above = hull @ planes[:, :3].T - planes[:, 3]
+        assert above.max(axis=0) == pytest.approx(0, abs=1e-14)
+
+
+def test_half_a_shaft_holds_the_whole_one():
+    rng = np.random.default_rng(2)
+    for geometry in facing_pairs(rng, 20):
+        planes, q = np.empty((5, 4)), geometry.vertices[1]
+        corners = np.array(np.meshgrid(*zip(q.min(axis=0), q.max(axis=0), strict=True)))
+        corners = corners.reshape(3, -1).T
+        half = planes[: half_shaft_planes(geometry, 0, corners, SLACK, planes)]
+        for plane in half[:-1]:  # all but that of the polygon, which the box may cross
+            hull = np.concatenate([geometry.vertices[0], corners])
+            assert (hull @ plane[:3] - plane[3]).max() <= 1e-14
+
+
+def test_what_is_dropped_lies_beside_the_shaft_and_little_else_does():
+    """Against a linear program that looks for any plane between the shaft's hull and a blocker."""
+    rng = np.random.default_rng(8)
+    dropped = apart = 0
+    for geometry in facing_pairs(rng, 120):
+        rings = [ring(rng, 4, 0.15) + rng.uniform(-0.5, 0.5, 3) + [0, 0, 0.5] for _ in range(4)]
+        corners = np.array([r[[0, 1, 2, 3, 3, 3, 3, 3]] for r in rings])
+        normals = np.array([normal_of(r) for r in rings])
+        blockers = make_blockers(corners, np.full(4, 4), normals, np.full(4, 4), GRAIN)
+        found = np.arange(len(blockers.count))
+        kept = drop_beside(blockers, found, len(found), planes_of(geometry), SLACK)
+        hull = geometry.vertices.reshape(-1, 3)
+        for b in range(len(blockers.count)):
+            own = blockers.corners[b, : blockers.count[b]]
+            if b not in found[:kept]:
+                assert is_apart(hull, own)
+                dropped += 1
+            apart += is_apart(hull, own)
+    assert apart > 100
+    assert dropped >= 0.9 * apart
+
+
+def test_boxes_are_beside_where_all_that_they_hold_is():
+    rng, some = np.random.default_rng(3), 0
+    for geometry in facing_pairs(rng, 200):
+        planes = planes_of(geometry)
+        inside = ring(rng, 4, 0.2) + rng.uniform(-0.6, 0.6, 3) + [0, 0, 0.5]
+        low, high = inside.min(axis=0), inside.max(axis=0)
+        if box_beside(low, high, planes, SLACK):
+            assert beside(inside, planes, SLACK)
+            some += 1
+        elif not beside(inside, planes, SLACK):
+            corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+            assert not beside(corners, planes, SLACK)
+    assert some > 30
+
+
+# ------------------------------------------------------------------------------- near or not
+
+
+@pytest.mark.parametrize(("height", "near"), [(0.5, True), (2.0, False), (-1.0, False)])
+def test_only_what_comes_near_to_the_front_is_near(height, near):
+    """A sheet so many times NEAR above a floor, turned at random; and one far aside."""
+    rng, up = np.random.default_rng(4), np.array([0, 0, 1.0])
+    for _ in range(20):
+        turn = rotation(rng)
+        sheet = (0.5 * SQUARE + [0.2, 0.3, height * NEAR]) @ turn.T
+        for shift, expected in ((0, near), (turn @ [3.0, 0, 0], False)):
+            corners = (sheet + shift)[[0, 1, 2, 3, 3, 3, 3, 3]][None]
+            hull = np.concatenate([corners, corners - turn @ up, corners + turn @ up])
+            blockers = make_blockers(
+                hull, np.full(3, 4), np.tile(turn @ up, (3, 1)), np.full(3, 3), GRAIN
+            )
+            assert len(blockers.count) == 1
+            middle = turn @ [0.5, 0.5, 0]
+            found = comes_near(blockers, turn @ up, middle, 0.75, NEAR, np.empty(64, np.int64))
+            assert found == expected
+
+
+def cluttered(rng, count):
+    """Return a room with many small sheets in its middle, meshed."""
+    sheets = [(SQUARE - [0.5, 0.5, 0]) * rng.uniform(0.15, 0.4) @ rotation(rng).T
+              + rng.uniform(-0.6, 0.6, 3) for _ in range(count)]  # fmt: skip
+    faces = faces_of(np.concatenate([box((-1, -1, -1), (1, 1, 1)), sheets]))
+    visibility, _, patches = meshed(faces, 4)
+    live = np.asarray(patches.face < 6)
+    return visibility, patches, live
+
+
+@pytest.mark.parametrize("accuracy", [0.1, 0.03])
+def test_rays_and_exact_shadows_agree_where_rays_may_be_taken(accuracy, monkeypatch):
+    """More than FEWER blockers: rays at a coarse accuracy, exact at a finer one."""
+    traced, refined = [], factors.refined_shares
+    monkeypatch.setattr(
+        factors, "refined_shares", lambda *given: traced.append(given[1]) or refined(*given)
+    )
+    visibility, patches, live = cluttered(np.random.default_rng(5), 60)
+    coarse = form_factors(patches, visibility, live, accuracy)
+    fine = form_factors(patches, visibility, live, 5e-3)
+    assert len(traced) == 1  # none at the finer one
+    wrong = np.abs(coarse.exchange - fine.exchange)
+    assert (wrong.sum(axis=1)[live] / patches.area[live]).max() < accuracy
+    at = tuple(traced[0].T)
+    assert len(at[0]) > 300
+    # standard errors, neither too small nor too careful
+    assert 0.7 < np.sqrt(np.mean((wrong[at] / coarse.error[at]) ** 2)) < 1.1
+
+
+def test_rays_that_could_start_beyond_a_blocker_are_not_taken():
+    """Below a ceiling hang tiles that overlap, nearer than what rays are lifted by."""
+    rng = np.random.default_rng(6)
+    tiles = [0.1 * SQUARE[::-1] * [1.02, 1.02, 1] + [0.1 * a, 0.1 * b, 1 - rng.uniform(4e-6, 6e-6)]
+             for a in range(10) for b in range(10)]  # fmt: skip
+    faces = faces_of(np.concatenate([box((-0.1, -0.1, 0), (1.1, 1.1, 1)), tiles]))
+    visibility, _, patches = meshed(faces, 4)
+    assert len(visibility.blockers.count) == 100
+    found = form_factors(patches, visibility, np.asarray(patches.face < 6), 0.1)
+    middle = np.abs(patches.centroid[:, :2] - 0.5).max(axis=1) < 0.3
+    up, down = (np.flatnonzero((patches.face == f) & middle) for f in (1, 0))
+    assert len(up) == len(down) == 4
+    assert found.exchange[np.ix_(up, down)].max() < 1e-9
