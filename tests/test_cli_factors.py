@@ -5,13 +5,16 @@ import sys
 
 import numpy as np
 import pytest
+import typer
 from test_cli import BOX, refused
 from test_cli import radiosity as run
 
 import radiosity
+from radiosity.cli import formfactors
 from radiosity.solve import assembly
 from radiosity.solve.assembly import scene_factors
 from radiosity.transport.closure import NotClosable
+from radiosity.transport.operator import FormFactors
 from radiosity.transport.store import load_factors, save_factors
 
 CUBE = """\
@@ -67,11 +70,44 @@ def test_the_summary_says_what_was_reached_and_the_file_holds_it(cube, tmp_path)
     lines = dict(line.split(maxsplit=1) for line in process.stdout.splitlines())
     assert lines["rows"] == "6 (0 triangles, 6 quadrilaterals)"
     assert lines["scene"] == "closed" and lines["sealed"] == "none"
-    assert "0.001 asked" in lines["error"] and lines["memory"].startswith("0.00144 MB")
+    assert "0.001 asked" in lines["error"] and lines["memory"].startswith("0.01615 MB")
     assert "saved" in process.stderr
     factors = load_factors(tmp_path / "F.npz")
     assert equal(factors, radiosity.form_factors(cube))
     assert factors.toarray()[0] == pytest.approx([0, OPPOSITE, *[ADJACENT] * 4], rel=1e-9)
+
+
+def test_rows_are_the_faces_of_the_file(tmp_path):
+    """An L, a line without area, a screen above it: whatever pieces they are made of."""
+    polygons = [[(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 2, 0), (0, 2, 0)],
+                [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 1), (1, 1, 1), (1, 0, 1), (0, 0, 1)],
+                [(5, 5, 0), (6, 5, 0), (5, 6, 0)]]  # fmt: skip
+    path = write_obj(tmp_path / "mixed.obj", polygons)
+    process = run("formfactors", path, "-o", str(tmp_path / "F.npz"))
+    lines = dict(line.split(maxsplit=1) for line in process.stdout.splitlines())
+    assert lines["rows"] == "4 (1 triangles, 1 quadrilaterals, 2 others)"
+    assert lines["sealed"] == "1: 1"
+    factors = load_factors(tmp_path / "F.npz")
+    assert factors.area == pytest.approx([3, 0, 1, 0.5])
+    # verification/vf_polygon_pairs.json, concave_L_to_square
+    assert factors.toarray()[0, 2] == pytest.approx(0.12397529133434736, rel=1e-9)
+
+
+def test_rows_that_fail_to_close_beyond_their_errors_end_in_1(capsys):
+    """A defect that no estimate explains is an error that was made."""
+    area, error = np.ones(2), np.full((2, 2), 1e-6, np.float32)
+    for sums, code in ((1.0 + 1e-4, 0), (1.05, 1)):
+        factors = FormFactors(np.array([[0, sums], [sums, 0]]), area, error)
+        found = formfactors.Found(factors, np.full(2, 3), np.zeros(2, int), ["all"], 0)
+        facts = formfactors._facts(found, 1e-3, True, False, 0.0)
+        assert facts["unexplained"] == pytest.approx(sums - 1)
+        if code:
+            with pytest.raises(typer.Exit) as end:
+                formfactors._judge(facts)
+            assert end.value.exit_code == code
+            assert "fails to close by 5.00e-02" in capsys.readouterr().err
+        else:
+            formfactors._judge(facts)
 
 
 def test_without_an_output_only_the_summary_is_printed(cube, tmp_path):
@@ -187,6 +223,9 @@ def test_a_matrix_beyond_the_memory_is_refused_before_work(cube, tmp_path):
     scene = run("formfactors", BOX, "--mesh", "9", "--memory", "1KB")
     refused(scene, "486 patches need about", "--mesh", code=3)
     assert not (tmp_path / "F.npz").exists()
+    assert run("formfactors", cube, "-o", "F.npz", cwd=tmp_path).returncode == 0
+    saved = run("solve", cube, "--factors", "F.npz", "--memory", "1KB", cwd=tmp_path)
+    refused(saved, "6 patches need about", "--memory", code=3)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Form factors of meshes: no leak, closed rows, honest errors, any input, any number of threads."""
 
+import tracemalloc
 from functools import cache
 from pathlib import Path
 
@@ -11,7 +12,8 @@ import radiosity
 from radiosity.analytic import load_cases
 from radiosity.mesh.bodies import find_bodies
 from radiosity.mesh.faces import Faces
-from radiosity.solve.plan import Refused
+from radiosity.solve import matrix
+from radiosity.solve.plan import Refused, check_factors
 
 MESHES = Path(__file__).resolve().parent.parent / "benchmarks" / "meshes"
 
@@ -350,6 +352,31 @@ def test_two_sided_rows_and_obstructions():
     assert np.all(factors.openness.absorbed[:2] > 0.05)  # the sheet
 
 
+def test_the_mesh_itself_may_be_given_as_what_blocks():
+    """As other tools want it: of faces that coincide the row is the one that is seen."""
+    room = mesh_of(furnished())
+    alone = radiosity.form_factors(room, 0.1, repair=False)
+    found = radiosity.form_factors(room, 0.1, obstructions=room, repair=False)
+    assert np.all(found.openness.share == 0)
+    apart = np.abs(found.toarray() - alone.toarray()).sum(axis=1)
+    assert np.all(apart <= found.row_errors() + alone.row_errors() + 1e-12)
+    assert np.abs(radiosity.form_factors(room, 0.1, obstructions=room).closure).max() < 1e-12
+
+
+def test_a_face_given_twice_is_seen_once():
+    room = np.concatenate([box((0, 0, 0), (1, 2, 3)), box((0, 0, 0), (1, 2, 3))[:1]])
+    found = radiosity.form_factors(mesh_of(room), 1e-3, repair=False)
+    assert found.sealed.tolist() == [6]
+    assert np.all(found.openness.share == 0)
+    assert found.row_sums()[:6] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_mesh_that_is_covered_all_over_is_refused():
+    room = box((0, 0, 0), (1, 1, 1))
+    with pytest.raises(ValueError, match=r"all 6 rows are covered by faces .* turn round"):
+        radiosity.form_factors(mesh_of(room), 1e-3, obstructions=mesh_of(room[:, ::-1]))
+
+
 def test_concave_rows_and_rows_without_area():
     corners = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0],
                         [0, 1, 1], [1, 1, 1], [1, 0, 1], [0, 0, 1]], float)  # fmt: skip
@@ -388,3 +415,28 @@ def test_wrong_input_is_named():
 def test_more_memory_than_allowed_is_refused_before_the_work():
     with pytest.raises(Refused, match=r"324 faces need about .* more than the 1.0 MB allowed"):
         radiosity.form_factors(mesh_of(furnished()), 1e-3, memory=1e6)
+    sheets = mesh_of(np.repeat([SQUARE], 2000, axis=0) + np.arange(2000)[:, None, None])
+    with pytest.raises(Refused, match=r"2 faces, 2002 in all, need about 5.0 MB"):
+        radiosity.form_factors(mesh_of(OPPOSITE), 1e-3, obstructions=sheets, memory=4e6)
+
+
+@pytest.mark.parametrize("case", ["rays", "contacts"])
+def test_no_more_memory_is_used_than_predicted(case, monkeypatch):
+    """Rows by numpy's own count; the pieces that contacts cut them into are predicted again."""
+    room = cells(box((0, 0, 0), (1, 1, 1)), 12)
+    rng = np.random.default_rng(0)
+    leaves = [0.06 * SQUARE @ rotation(rng).T + rng.uniform(0.2, 0.8, 3) for _ in range(300)]
+    blocks = [0.05 * block((0, 0, 0), (1, 1, 1)) + [x, y, 0] for x in np.arange(0.06, 0.9, 0.1)
+              for y in np.arange(0.06, 0.9, 0.1)]  # fmt: skip
+    blocking = mesh_of(leaves if case == "rays" else np.concatenate(blocks))
+    predicted = []
+    monkeypatch.setattr(matrix, "check_factors",
+                        lambda *a: predicted.append(check_factors(*a)))  # fmt: skip
+    radiosity.form_factors(mesh_of(room[:24]), 0.3, obstructions=blocking)  # compiles
+    tracemalloc.start()
+    try:
+        radiosity.form_factors(mesh_of(room), 0.1, obstructions=blocking)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert 0.3 * predicted[-1] < peak < predicted[-1]

@@ -1,12 +1,15 @@
 """Form factors on disk: what comes back, and what is refused with which words."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from test_closure import perturbed, symmetric
 
+from radiosity.solve.plan import FACTORS
 from radiosity.transport.closure import repaired
 from radiosity.transport.operator import FormFactors, Openness
-from radiosity.transport.store import load_factors, save_factors
+from radiosity.transport.store import BLOCK, count_rows, load_factors, save_factors
 
 CUBE = """View3D 3.3.1 0 {encl} {emit} 6
 1 1 1 1 1 1
@@ -43,6 +46,36 @@ def test_npz_gives_back_every_bit(tmp_path, seed, scale):
     )  # fmt: skip
     save_factors(factors, tmp_path / "f.npz")
     assert same(load_factors(tmp_path / "f.npz"), factors)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".out"])
+def test_many_rows_take_no_more_memory_than_their_factors_did(tmp_path, suffix):
+    n, path = 2 * BLOCK + 77, tmp_path / f"f{suffix}"
+    factors, peaks = repaired(perturbed(n, 1e-3, 0, open_share=0.4)[0]), []
+    tracemalloc.start()
+    try:
+        for work in (lambda: save_factors(factors, path), lambda: load_factors(path)):
+            tracemalloc.reset_peak()
+            before = tracemalloc.get_traced_memory()[0]
+            found = work()
+            peaks.append(tracemalloc.get_traced_memory()[1] - before)
+    finally:
+        tracemalloc.stop()
+    assert max(peaks) < 1.05 * FACTORS * n**2
+    assert count_rows(path) == n
+    if suffix == ".npz":
+        assert same(found, factors)
+    else:
+        assert found.toarray() == pytest.approx(factors.toarray(), rel=1e-14)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"View3D", b"\x00\xff" * 50])
+def test_what_is_no_file_of_factors_has_no_rows(tmp_path, content):
+    for suffix in (".npz", ".out", ".csv"):
+        path = tmp_path / f"f{suffix}"
+        path.write_bytes(content)
+        assert count_rows(path) == 0
+    assert count_rows(tmp_path / "none.npz") == 0
 
 
 def test_npz_keeps_entries_at_the_edge_of_a_binade(tmp_path):

@@ -102,7 +102,7 @@ def test_the_scene_fits_into_rays_of_order_one():
         local = (faces.vertices - visibility.centre) * visibility.scale
         assert 0.5 < np.abs(local).max() <= 1.0  # a power of 2, so that scaling rounds nothing
         assert np.frexp(visibility.scale)[0] == 0.5
-        assert visibility.unobstructed
+        assert len(visibility.blockers.count) == 0
 
 
 def test_rays_of_another_type_are_refused():
@@ -134,7 +134,8 @@ def test_scenes_without_obstacles_are_told(polygons, unobstructed):
     rng = np.random.default_rng(0)
     for size in (1e-6, 1.0, 1e6):
         turned = size * (polygons @ rotation(rng).T + rng.normal(size=3))
-        assert Visibility(faces_of(turned)).unobstructed == unobstructed
+        blockers = Visibility(faces_of(turned)).blockers
+        assert (len(blockers.count) == 0) == unobstructed
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])

@@ -42,7 +42,7 @@ def solve(
     if output:
         check_suffix(output)
         check_place(output)
-    saved = _load(factors)
+    saved = _load(factors, memory)
     model = load_scene(scene, mesh, ambient, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(
@@ -58,12 +58,17 @@ def solve(
         print(f"truth: relative error {error:.2e}, stated {bound:g} on mesh {model.truth.mesh}")
 
 
-def _load(path):
-    """Return the factors of a file, or None where none is named."""
+def _load(path, memory):
+    """Return the factors of a file, None where none is named; Refused where a solve would not fit.
+
+    Nothing of the matrix is read before.
+    """
     if path is None:
         return None
-    from radiosity.transport.store import load_factors
+    from radiosity.solve.plan import check_memory
+    from radiosity.transport.store import count_rows, load_factors
 
+    check_memory(count_rows(path), o.parse_memory(memory))
     return load_factors(path)
 
 

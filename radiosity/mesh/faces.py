@@ -53,7 +53,7 @@ class Faces:
         """
         v = np.asarray(vertices, float).reshape(-1, 4, 3)
         material, group = (np.broadcast_to(np.asarray(x, int), len(v)) for x in (material, group))
-        keep = ~_without_area(v)
+        keep = has_area(v)
         v, material, group = v[keep].copy(), material[keep].copy(), group[keep].copy()
         degenerate = int(np.count_nonzero(~keep))
         if merge:
@@ -95,12 +95,12 @@ class Faces:
         return 0.5 * np.linalg.norm(np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1]), axis=1)
 
 
-def _without_area(v: np.ndarray) -> np.ndarray:
-    """Return (f,) bool: which polygons are lines or points up to rounding."""
+def has_area(v: np.ndarray) -> np.ndarray:
+    """Return (f,) bool: which polygons (f, 4, 3) are no lines or points up to rounding."""
     edge = np.linalg.norm(np.roll(v, -1, axis=1) - v, axis=2).max(axis=1, initial=0)
     double = np.linalg.norm(np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1]), axis=1)
     rounding = 4 * np.finfo(float).eps * np.abs(v).max(axis=(1, 2), initial=0)
-    return double <= edge * (1e-12 * edge + rounding)
+    return double > edge * (1e-12 * edge + rounding)
 
 
 def _merged(v, material, group):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radiosity.mesh.faces import Faces
+from radiosity.mesh.faces import Faces, has_area
 from radiosity.mesh.triangulate import NoArea, convex_quads, triangulate
 
 LARGEST = 1e15  # a coordinate whose fourth power is still far from overflow
@@ -33,7 +33,7 @@ def given_mesh(mesh, name: str = "mesh") -> Given:
 
     Parameters
     ----------
-    mesh : trimesh.Trimesh, pyvista.PolyData, Faces or (vertices, faces)
+    mesh : trimesh.Trimesh, pyvista.PolyData, (vertices, faces), Faces or Given
         vertices (v, 3) and faces (f, k) of indices from 0, or a list of polygons of any length,
         counter-clockwise seen from the active side; quadrilaterals may end in a repeated vertex.
 
@@ -44,6 +44,8 @@ def given_mesh(mesh, name: str = "mesh") -> Given:
     ValueError
         Says which vertex or face is wrong, its value, the bound and the way out.
     """
+    if isinstance(mesh, Given):
+        return mesh
     if isinstance(mesh, Faces):
         return Given(mesh, np.arange(len(mesh)), len(mesh))
     vertices, polygons = _arrays(mesh, name)
@@ -152,6 +154,5 @@ def _without_empty(pieces, owner, count):
     """Drop pieces without area; put those of one face next to each other."""
     order = np.argsort(owner, kind="stable")
     pieces, owner = pieces[order], owner[order]
-    group = np.arange(len(pieces))
-    faces = Faces.from_polygons(pieces, 0, group, merge=False)
-    return Given(faces, owner[faces.group], count)
+    faces = Faces.from_polygons(pieces, 0, 0, merge=False)
+    return Given(faces, owner[has_area(pieces)], count)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from radiosity.mesh.faces import Faces
+from radiosity.mesh.faces import Faces, has_area
+from radiosity.mesh.given import Given
 from radiosity.scene.assemble import default_camera, geometry_problem, with_materials
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.model import Scene, SceneError
@@ -174,8 +175,11 @@ def _trimesh(path, folder, merge):
     problems = _array_problems(vertices, faces)
     if problems:
         raise SceneError(str(path), problems)
-    merged = Faces.from_triangles(vertices[faces], 0, 0, merge)
-    return Geometry(merged, (DEFAULT,), (path.stem,))
+    triangles = vertices[faces]
+    made = Faces.from_triangles(triangles, 0, 0, merge)
+    solid = np.flatnonzero(has_area(triangles[:, [0, 1, 2, 2]]))
+    given = None if merge else Given(made, solid, len(faces))
+    return Geometry(made, (DEFAULT,), (path.stem,), given=given)
 
 
 def _array_problems(vertices, faces):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from radiosity.mesh.faces import Faces
+from radiosity.mesh.given import Given
 from radiosity.scene.model import Material
 
 DEFAULT = "default"  # name of the material, group or camera of things that name none
@@ -24,6 +25,8 @@ class Geometry:
         What the file itself says of its materials (an MTL library).
     notes : tuple of str
         What was decided on the way that a user may want to know.
+    given : Given, optional
+        The same faces as parts of the file's; None where pairs of triangles were joined.
     """
 
     faces: Faces
@@ -31,11 +34,12 @@ class Geometry:
     group_names: tuple[str, ...]
     materials: dict[str, Material] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    given: Given | None = None
 
     def of_material(self, name: str) -> "Geometry":
         """Return the geometry with all of it made of one material."""
         faces = replace(self.faces, material=np.zeros(len(self.faces), int))
-        return replace(self, faces=faces, material_names=(name,), materials={})
+        return replace(self, faces=faces, material_names=(name,), materials={}, given=None)
 
     def placed(self, matrix: np.ndarray) -> "Geometry":
         """Return the geometry moved by a matrix (4, 4) that acts on columns.
@@ -47,7 +51,7 @@ class Geometry:
             triangle = self.faces.is_triangle
             v[triangle] = v[triangle][:, [0, 2, 1, 1]]
             v[~triangle] = v[~triangle][:, [0, 3, 2, 1]]
-        return replace(self, faces=replace(self.faces, vertices=v))
+        return replace(self, faces=replace(self.faces, vertices=v), given=None)
 
 
 def joined(parts: list[Geometry]) -> Geometry:

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from radiosity.mesh.faces import Faces
+from radiosity.mesh.faces import Faces, has_area
+from radiosity.mesh.given import Given
 from radiosity.mesh.triangulate import NoArea, convex_quads, triangulate
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.model import Material, SceneError
@@ -71,9 +72,9 @@ def read_obj(
     faces = Faces.from_polygons(
         polygons, np.array(said.material, int)[origin], np.array(said.group, int)[origin], merge
     )
-    return Geometry(
-        faces, tuple(said.material_names), tuple(said.group_names), materials, tuple(notes + more)
-    )
+    given = None if merge else Given(faces, origin[has_area(polygons)], len(said.face_size))
+    names = tuple(said.material_names), tuple(said.group_names)
+    return Geometry(faces, *names, materials, tuple(notes + more), given)
 
 
 def _statements(text):

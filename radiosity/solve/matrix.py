@@ -9,7 +9,7 @@ from radiosity.mesh.faces import Faces
 from radiosity.mesh.given import Given, given_mesh
 from radiosity.mesh.patches import make_patches
 from radiosity.scene.files import read_geometry
-from radiosity.solve.plan import check_fits
+from radiosity.solve.plan import check_factors
 from radiosity.transport.closure import repaired
 from radiosity.transport.factors import form_factors as assemble
 from radiosity.transport.operator import FormFactors
@@ -17,7 +17,6 @@ from radiosity.transport.threads import Progress, silent
 from radiosity.transport.visibility import Visibility
 
 TIGHTEST, LOOSEST = 1e-9, 0.5
-BYTES = 32  # an entry at the peak; 28 measured
 
 
 def form_factors(
@@ -35,9 +34,9 @@ def form_factors(
 
     Parameters
     ----------
-    mesh : trimesh.Trimesh, pyvista.PolyData, (vertices, faces) or path
+    mesh : trimesh.Trimesh, pyvista.PolyData, (vertices, faces), path, Faces or Given
         Faces are counter-clockwise seen from the side that radiates; row k is face k. Polygons
-        of any number of corners, concave ones too. A file's faces are rows as they are read.
+        of any number of corners, concave ones too; of PLY and STL files the triangles.
     accuracy : float
         Asked bound of the sum over j of |error of F_ij| in every row.
     obstructions : like ``mesh``, optional
@@ -85,13 +84,18 @@ def form_factors(
         raise ValueError(f"none of the {given.count} faces of the mesh has an area: nothing to see")
     nothing = Given(Faces.concatenate([]), np.empty(0, int), 0)
     blocking = nothing if obstructions is None else _read(obstructions, "obstructions")
-    check_memory(len(given.faces) * (2 if two_sided else 1), memory)
     faces = Faces.concatenate([given.faces, blocking.faces])
+    check_factors(len(given.faces) * (2 if two_sided else 1), len(faces), memory)
     patches = _exposed(faces, given.faces)
     if two_sided:
         patches = patches.with_backs(np.ones(len(patches), bool))
-    check_memory(len(patches), memory)
+    check_factors(len(patches), len(faces), memory)
     live = np.concatenate([~patches.covered, patches.behind[patches.back_of >= 0, 1] < 0])
+    if not live.any():
+        raise ValueError(
+            f"all {len(live)} rows are covered by faces that look at them in contact, and see "
+            "nothing: turn round or leave out what lies on the mesh"
+        )
     visibility = Visibility(faces)
     raw = assemble(patches, visibility, live, accuracy, seed, progress)
     raw = FormFactors(raw.exchange, np.where(live, raw.area, 0.0), raw.error, raw.openness)
@@ -105,7 +109,7 @@ def form_factors(
 def _read(mesh, name) -> Given:
     """Return the pieces of a mesh or of a file's mesh."""
     if isinstance(mesh, str | os.PathLike):
-        return given_mesh(read_geometry(mesh, merge=False).faces)
+        return read_geometry(mesh, merge=False).given
     return given_mesh(mesh, name)
 
 
@@ -114,9 +118,3 @@ def _exposed(faces: Faces, rows: Faces):
     contacts = find_contacts(faces, np.zeros(len(faces), bool), len(rows))
     shape = np.where(rows.is_triangle[:, None], [1, 0], [1, 1])
     return make_patches(rows, shape, contacts)
-
-
-def check_memory(rows: int, limit: float | None) -> None:
-    """Raise `Refused` where factors between so many rows would not fit."""
-    way_out = "merge faces, or allow more with --memory"
-    check_fits(f"form factors of {rows} faces", BYTES * rows**2, limit, way_out)

@@ -64,20 +64,50 @@ def measure_openness(
     rows = np.flatnonzero(live)
     count = int(np.clip(1 << int(np.log2(max(1, AT_ONCE // max(1, len(rows))))), FEWEST, MOST))
     met = np.zeros((len(patches), 3))
-    is_row = np.zeros((len(visibility.face_normal), 2), bool)
-    is_row[patches.face[live], patches.front[live].astype(int)] = True
-    _trace(met, rows, range(count), patches, visibility, is_row, seed)
+    ends = _Ends(patches, visibility, live)
+    _trace(met, rows, range(count), patches, visibility, ends, seed)
     open_rows = rows[met[rows, ROW] < count]
     wanted = int(np.clip((0.5 / accuracy) ** (1.0 / 0.6), count, MOST))
     if wanted > count:
-        _trace(met, open_rows, range(count, wanted), patches, visibility, is_row, seed)
+        _trace(met, open_rows, range(count, wanted), patches, visibility, ends, seed)
     total = np.maximum(met.sum(axis=1), 1.0)
     share = 1.0 - np.where(live, met[:, ROW] / total, 1.0)
     spread = np.sqrt(np.maximum(share * (1.0 - share), 1.0 / total)) * total**-0.6
     return Openness(share, np.where(share > 0, spread, 0.0), met[:, SURFACE] / total)
 
 
-def _trace(met, rows, samples, patches, visibility, is_row, seed):
+class _Ends:
+    """Tells where rays end: OUTSIDE, on a ROW, or on a SURFACE without a row.
+
+    Where a row and another face coincide, a copy of it among the obstructions say, a ray meets
+    either; such faces stand for the row.
+    """
+
+    def __init__(self, patches, visibility, live):
+        self._visibility = visibility
+        self._is_row = np.zeros((len(visibility.face_normal), 2), bool)
+        self._is_row[patches.face[live], patches.front[live].astype(int)] = True
+        some = self._is_row.any(axis=1)
+        self._rows_only = None if live.all() and some.all() else visibility.first_hits_of(some)
+
+    def of(self, start, direction):
+        """Return (k,) the kind of surface that each ray meets first."""
+        face, far = self._visibility.first_hits(start, direction)
+        kind = self._kind(face, direction)
+        if self._rows_only is not None:
+            again = np.flatnonzero(kind == SURFACE)
+            face, row_far = self._rows_only(start[again], direction[again])
+            same = (face >= 0) & (np.abs(row_far - far[again]) <= LIFT)
+            kind[again[same]] = self._kind(face[same], direction[again[same]])
+        return kind
+
+    def _kind(self, face, direction):
+        front = np.einsum("kc,kc->k", direction, self._visibility.face_normal[face]) < 0
+        row = self._is_row[face, front.astype(int)]
+        return np.where(face < 0, OUTSIDE, np.where(row, ROW, SURFACE))
+
+
+def _trace(met, rows, samples, patches, visibility, ends, seed):
     """Add to met (n, 3) how many rays from the rows end outside, on rows and on other surfaces."""
     count = len(samples)
     step = max(1, CHUNK // count)
@@ -90,10 +120,7 @@ def _trace(met, rows, samples, patches, visibility, is_row, seed):
             block, patches.vertices, patches.area, patches.normal, samples.start, count, seed,
             visibility.centre, visibility.scale, LIFT, start, direction,
         )  # fmt: skip
-        face, _ = visibility.first_hits(start, direction)
-        front = np.einsum("kc,kc->k", direction, visibility.face_normal[face]) < 0
-        kind = np.where(face < 0, OUTSIDE, np.where(is_row[face, front.astype(int)], ROW, SURFACE))
-        kind = kind.reshape(len(block), count)
+        kind = ends.of(start, direction).reshape(len(block), count)
         for k in (OUTSIDE, ROW, SURFACE):
             met[block, k] += np.count_nonzero(kind == k, axis=1)
 

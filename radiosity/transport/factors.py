@@ -50,6 +50,7 @@ from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT, Visibility
 
 ROWS = 16
+ENTRIES = 1 << 22  # of the matrix whose pairs are traced at a time
 UNSEEN = -1
 RAYS = -1.0  # marks in the errors what is left to rays
 # Shares of the asked accuracy: of the unoccluded exchange, of what blockers leave of it, and of an
@@ -129,17 +130,31 @@ def form_factors(
         error[a:b] *= unit
 
     over_ranges(pairs, n, ROWS, "form factors", progress)
-    if error.min(initial=0.0) < 0:
-        rest = np.argwhere(error < 0)
-        whole = exchange[rest[:, 0], rest[:, 1]]
-        smaller = patches.area[rest].min(axis=1)
-        tolerance = np.maximum(asked[1], asked[2] * smaller / whole)
-        share, doubt = refined_shares(visibility, rest, patches, tolerance, seed, progress)
-        exchange[rest[:, 0], rest[:, 1]] = share * whole
-        error[rest[:, 0], rest[:, 1]] = (doubt + asked[0]) * whole
+    _trace_rest(exchange, error, patches, visibility, asked, seed, progress)
     over_ranges(lambda a, b: _mirror(a, b, exchange, error), n, 256)
     openness = measure_openness(patches, visibility, live, accuracy, seed)
     return FormFactors(exchange, patches.area, error, openness)
+
+
+def _trace_rest(exchange, error, patches, visibility, asked, seed, progress):
+    """Fill in by rays the pairs whose error is RAYS, so many at a time that little is copied."""
+    n, total, before = len(error), np.count_nonzero(error < 0), 0
+    rows = max(1, ENTRIES // max(1, n))
+    for a in range(0, n if total else 0, rows):
+        i, j = np.nonzero(error[a : a + rows] < 0)
+        if len(i) == 0:
+            continue
+        pairs, done = np.stack([a + i, j], axis=1), before
+        whole = exchange[a + i, j]
+        smaller = np.minimum(patches.area[a + i], patches.area[j])
+        tolerance = np.maximum(asked[1], asked[2] * smaller / whole)
+        share, doubt = refined_shares(
+            visibility, pairs, patches, tolerance, seed,
+            lambda stage, k, _, done=done: progress(stage, done + k, total),
+        )  # fmt: skip
+        exchange[a + i, j] = share * whole
+        error[a + i, j] = (doubt + asked[0]) * whole
+        before += len(pairs)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

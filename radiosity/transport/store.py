@@ -4,7 +4,7 @@ import os
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from radiosity.transport.files import written_whole
 from radiosity.transport.operator import FormFactors, Openness
 
 VERSION = 1
+BLOCK = 256  # rows at a time
 # Largest |A_i F_ij - A_j F_ji| over the largest A_i F_ij: above the rounding of F, below any error
 # that matters. View3D writes F with 6 decimals, so its two directions differ by up to 1e-6.
 RECIPROCITY, TEXT_RECIPROCITY = 1e-9, 1e-5
@@ -95,6 +96,19 @@ def load_factors(path: str | os.PathLike, format: str | None = None) -> FormFact
     return _read_npz(path) if kind == "npz" else _read_view3d(path)
 
 
+def count_rows(path: str | os.PathLike, format: str | None = None) -> int:
+    """Return how many rows the factors in a file have, without reading them; 0 if it is none."""
+    try:
+        if find_format(path, format) == "npz":
+            with ZipFile(path) as file, file.open("F.npy") as header:
+                np.lib.format.read_magic(header)
+                return np.lib.format.read_array_header_1_0(header)[0][0]
+        with open(path, encoding="ascii", errors="replace") as file:
+            return int(file.readline().split()[-1])
+    except (BadZipFile, KeyError, ValueError, IndexError, EOFError, zlib.error, OSError):
+        return 0
+
+
 def find_format(path: str | os.PathLike, asked: str | None = None) -> str:
     """Return the format that is asked for, or that the suffix names; ValueError if neither does."""
     kind = asked or FORMATS.get(Path(path).suffix.lower())
@@ -131,13 +145,22 @@ def _rounding(factors, matrix):
     Both roundings, of the quotient and of the product, are within half a unit, so the difference
     is exact and small.
     """
-    product = _product(factors.area, matrix)
-    unit = np.spacing(product) / 2
-    return ((factors.exchange - product) / np.where(unit > 0, unit, 1.0)).astype(np.int8)
+    found, area = np.empty(matrix.shape, np.int8), _divisor(factors.area)
+    for rows in _blocks(len(area)):
+        product = area[rows, None] * matrix[rows]
+        unit = np.spacing(product) / 2
+        found[rows] = (factors.exchange[rows] - product) / np.where(unit > 0, unit, 1.0)
+    return found
 
 
-def _product(area, matrix):
-    return np.where(area > 0, area, 1.0)[:, None] * matrix
+def _divisor(area):
+    """Return what A_i F_ij is divided by for F_ij: areas, 1 for rows without."""
+    return np.where(area > 0, area, 1.0)
+
+
+def _blocks(n):
+    """Return slices of rows, so that what is computed on the way takes little memory."""
+    return [slice(a, a + BLOCK) for a in range(0, n, BLOCK)]
 
 
 def _write_csv(factors, place):
@@ -170,11 +193,12 @@ def _read_npz(path):
     area = found["area"]
     for key, axes in SHAPES.items():
         _check_numbers(reject, key, found[key], (area.size,) * axes, key != "closure_raw")
-    exchange = _exact(reject, found, _product(area, found["F"]))
+    exchange = _exact(reject, found, area)
     share = found["environment"] + found["absorbed"]
     openness = Openness(share, found["environment_error"], found["absorbed"])
     error = np.asarray(found["error"], np.float32)
-    return FormFactors(exchange, area, _upper(error), openness, found["closure_raw"])
+    _mirror(error)
+    return FormFactors(exchange, area, error, openness, found["closure_raw"])
 
 
 def _rejecter(path) -> Callable[[str], None]:
@@ -184,8 +208,10 @@ def _rejecter(path) -> Callable[[str], None]:
     return reject
 
 
-def _exact(reject, found, product):
-    """Return the symmetric exchange areas of the upper triangle, with their rounding undone."""
+def _exact(reject, found, area):
+    """Turn F into exchange areas, symmetric as the upper triangle, with their rounding undone."""
+    product = found["F"]
+    product *= _divisor(area)[:, None]
     _check_reciprocity(reject, product, RECIPROCITY)
     if "rounding" in found:
         rounding = found["rounding"]
@@ -193,13 +219,19 @@ def _exact(reject, found, product):
             reject(
                 f"rounding is {rounding.dtype} {rounding.shape} and must be int8 {product.shape}"
             )
-        product = product + rounding * (np.spacing(product) / 2)
-    return _upper(np.maximum(product, 0.0))
+        for rows in _blocks(len(area)):
+            product[rows] += rounding[rows] * (np.spacing(product[rows]) / 2)
+    np.maximum(product, 0.0, out=product)
+    _mirror(product)
+    return product
 
 
-def _upper(matrix):
-    """Return the symmetric matrix that has this one's upper triangle."""
-    return np.triu(matrix) + np.triu(matrix, 1).T
+def _mirror(matrix):
+    """Write the upper triangle of a matrix over its lower one."""
+    for rows in _blocks(len(matrix)):
+        matrix[rows, : rows.start] = matrix[: rows.start, rows].T
+        square = matrix[rows, rows]
+        square[:] = np.triu(square) + np.triu(square, 1).T
 
 
 def _check_numbers(reject, key, array, shape, positive=True):
@@ -207,7 +239,9 @@ def _check_numbers(reject, key, array, shape, positive=True):
         reject(f"{key} has shape {array.shape} and must have {shape}, n = {shape[0]} areas")
     if array.dtype.kind != "f":
         reject(f"{key} has the type {array.dtype} and must hold floating-point numbers")
-    bad = ~np.isfinite(array) | (array < 0) if positive else ~np.isfinite(array)
+    bad = ~np.isfinite(array)
+    if positive:
+        bad |= array < 0
     if bad.any():
         at = tuple(int(k) for k in np.argwhere(bad)[0])
         bound = "finite and at least 0" if positive else "finite"
@@ -216,10 +250,13 @@ def _check_numbers(reject, key, array, shape, positive=True):
 
 def _check_reciprocity(reject, product, bound):
     """Reject products A_i F_ij that are not symmetric within a share of the largest."""
-    difference = np.abs(product - product.T)
-    largest = product.max(initial=0.0)
-    if difference.max(initial=0.0) > bound * largest:
-        i, j = np.unravel_index(np.argmax(difference), difference.shape)
+    largest, worst, i, j = product.max(initial=0.0), 0.0, 0, 0
+    for rows in _blocks(len(product)):
+        difference = np.abs(product[rows] - product[:, rows].T)
+        if difference.max() > worst:
+            a, j = np.unravel_index(np.argmax(difference), difference.shape)
+            worst, i = difference[a, j], rows.start + a
+    if worst > bound * largest:
         reject(
             f"F is not reciprocal: A_i F_ij = {product[i, j]:.10g} and A_j F_ji = "
             f"{product[j, i]:.10g} for i, j = {i}, {j} may differ by {bound:.0e} of the largest, "
@@ -231,19 +268,13 @@ def _read_view3d(path):
     def reject(complaint):
         raise ValueError(f"{path}: {complaint}; let View3D or save_factors write it anew")
 
-    header, numbers = _view3d_numbers(path, reject)
-    closed, emit, n = header
+    (closed, emit, n), numbers = _view3d_numbers(path, reject)
     if emit:
         reject("emit = 1: it holds script-F, which reflections are part of; rerun with emit=0")
-    if len(numbers) != n * (n + 2):
-        reject(
-            f"{len(numbers)} numbers follow the header and there must be {n * (n + 2)}: n = {n} "
-            "areas, n x n factors, n emittances"
-        )
     area, matrix = numbers[:n], numbers[n : n + n * n].reshape(n, n)
     _check_numbers(reject, "area", area, (n,))
     _check_numbers(reject, "F", matrix, (n, n))
-    product = _product(area, matrix)
+    product = matrix * _divisor(area)[:, None]
     _check_reciprocity(reject, product, TEXT_RECIPROCITY)
     openness = Openness.closed(n)
     if not closed:
@@ -255,15 +286,26 @@ def _read_view3d(path):
 
 
 def _view3d_numbers(path, reject):
-    """Return (encl, emit, n) of the header and all numbers after it as one array."""
+    """Return (encl, emit, n) of the header and the n (n + 2) numbers after it as one array."""
     with open(path, encoding="ascii", errors="replace") as file:
-        words, rest = file.readline().split(), file.read()
-    if len(words) != 6 or words[0] != "View3D" or not all(w.isdigit() for w in words[2:]):
-        reject(f"the first line is {' '.join(words)[:60]!r}, not 'View3D version out encl emit n'")
-    if words[2] != "0":
-        reject(f"out = {words[2]} is View3D's binary format; rerun it with out=0")
-    try:
-        numbers = np.array(rest.split(), np.float64)
-    except ValueError as error:
-        reject(f"something after the header is no number ({error})")
-    return [int(w) for w in words[3:]], numbers
+        words = file.readline().split()
+        if len(words) != 6 or words[0] != "View3D" or not all(w.isdigit() for w in words[2:]):
+            reject(
+                f"the first line is {' '.join(words)[:60]!r}, not 'View3D version out encl emit n'"
+            )
+        if words[2] != "0":
+            reject(f"out = {words[2]} is View3D's binary format; rerun it with out=0")
+        closed, emit, n = (int(w) for w in words[3:])
+        parts, count = [], 0
+        for line in file:
+            try:
+                parts.append(np.array(line.split(), np.float64))
+            except ValueError as error:
+                reject(f"something after the header is no number ({error})")
+            count += len(parts[-1])
+    if count != n * (n + 2):
+        reject(
+            f"{count} numbers follow the header and there must be {n * (n + 2)}: n = {n} "
+            "areas, n x n factors, n emittances"
+        )
+    return (closed, emit, n), np.concatenate(parts) if parts else np.empty(0)

@@ -34,9 +34,6 @@ class Visibility:
     """
 
     def __init__(self, faces: Faces):
-        from embreex.mesh_construction import TriangleMesh
-        from embreex.rtcore_scene import EmbreeScene
-
         v = faces.vertices
         low, high = v.reshape(-1, 3).min(axis=0), v.reshape(-1, 3).max(axis=0)
         self.centre = (low + high) / 2
@@ -55,16 +52,8 @@ class Visibility:
             self._corners, facets.count, facets.normal, self._of_facet, self.grain
         )
         triangles, self._face = _triangles(faces)
-        local = ((triangles - self.centre) * self.scale).astype(np.float32)
-        self._scene = EmbreeScene(robust=True)
-        index = np.arange(3 * len(local), dtype=np.int32).reshape(-1, 3)
-        TriangleMesh(self._scene, local.reshape(-1, 3), index)
-        self.blocked(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # commits
-
-    @property
-    def unobstructed(self) -> bool:
-        """Whether no face can come between two points of the scene, as in a convex enclosure."""
-        return len(self.blockers.count) == 0
+        self._triangles = ((triangles - self.centre) * self.scale).astype(np.float32)
+        self._scene = _scene_of(self._triangles)
 
     def free_sides(self, patches: Patches) -> np.ndarray:
         """Return (n, bodies + 1) bool: on which bodies' free side a patch surely lies.
@@ -94,10 +83,32 @@ class Visibility:
 
     def first_hits(self, origins: np.ndarray, directions: np.ndarray):
         """Return the face that each ray meets first (k,), -1 where none, and the distance (k,)."""
-        _check(origins, directions)
-        hit = self._scene.run(origins, directions, output=1)
-        triangle = hit["primID"]
-        return np.where(triangle >= 0, self._face[triangle], -1).astype(np.int32), hit["tfar"]
+        return _first_hits(self._scene, self._face, origins, directions)
+
+    def first_hits_of(self, wanted: np.ndarray):
+        """Return what `first_hits` would be if there were only the ``wanted`` (f,) bool faces."""
+        some = wanted[self._face]
+        scene, face = _scene_of(self._triangles[some]), self._face[some]
+        return lambda origins, directions: _first_hits(scene, face, origins, directions)
+
+
+def _scene_of(triangles):
+    """Return Embree's scene of triangles (t, 3, 3) float32."""
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    scene = EmbreeScene(robust=True)
+    index = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    TriangleMesh(scene, triangles.reshape(-1, 3), index)
+    scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
+    return scene  # committed by its first ray
+
+
+def _first_hits(scene, faces, origins, directions):
+    _check(origins, directions)
+    hit = scene.run(origins, directions, output=1)
+    triangle = hit["primID"]
+    return np.where(triangle >= 0, faces[triangle], -1).astype(np.int32), hit["tfar"]
 
 
 def _check(origins, spans):
