@@ -2,8 +2,8 @@
 
 The factor from a point to the visible part of the other polygon (`shadow`) is continuous with kinks
 where shadow edges meet corners. Rules of the third degree over either polygon give two answers with
-different errors. The cell where they differ most is divided next, until the sum over all cells,
-the largest counted twice, is what was asked for.
+different errors. The cell where they differ most is divided next, until the differences of all,
+which have any sign, add up in quadrature to what was asked for.
 """
 
 import math
@@ -20,6 +20,7 @@ MOST_CELLS = 1 << 13  # of one pair, after which its error is reported as it is
 FAILED = -1.0
 SHARE, SEEN, HIDDEN_PART = 0, 1, 2
 ROUGH = 10.0
+CERTAIN = 3.0  # standard deviations
 LEAK = 1e3  # a share of so many grains is what rounding leaves of a hidden polygon
 
 _G, _C = 0.5 / math.sqrt(3.0), 0.48
@@ -117,23 +118,24 @@ def _measured(polygon, part, normal, target, measure, shadows, quad, out):
 def _adaptive(polygon, normal, target, tolerance, measure, shadows, quad, out):
     """Integrate over a polygon, dividing cells; write visible, unoccluded, error into out (3,).
 
-    The cell with the largest error is divided next, until all are within ``tolerance``, a share of
-    the exchange, or MOST_CELLS are reached. Of all the largest counts twice: kinks may fool the two
-    rules at once, and where cells are few there is no other to make up for it. ``measure`` names
-    what must agree: the visible SHARE, what is SEEN or what is HIDDEN. False where a shadow failed.
+    The cell with the largest error is divided next, until CERTAIN times the root of their squares
+    and the largest once more are within ``tolerance``, a share of the exchange, or MOST_CELLS are
+    reached. Once more, because kinks may fool the two rules at once, and where cells are few there
+    is no other to make up for it. ``measure`` names what must agree: the visible SHARE, what is
+    SEEN or what is HIDDEN. False where a shadow failed.
     """
     queue = [_measured(polygon, (1, 0.0, 0.0, 1.0), normal, target, measure, shadows, quad, out)]
     for first in range(3, len(polygon) - 1, 2):
         part = (first, 0.0, 0.0, 1.0)
         heappush(queue, _measured(polygon, part, normal, target, measure, shadows, quad, out))
-    error = whole = 0.0
+    squares = whole = 0.0
     for cell in queue:
-        error, whole = error - cell[0], whole + cell[6]
+        squares, whole = squares + cell[0] ** 2, whole + cell[6]
         if cell[4] == 0.0:
             return False
-    while error - queue[0][0] > tolerance * whole and len(queue) < MOST_CELLS:
+    while _total(squares, queue) > tolerance * whole and len(queue) < MOST_CELLS:
         cell = heappop(queue)
-        error, whole = error + cell[0], whole - cell[6]
+        squares, whole = squares - cell[0] ** 2, whole - cell[6]
         side = 0.5 * cell[4]
         for k in range(4):
             part = (cell[1], cell[2] + (k % 2) * side, cell[3] + (k // 2) * side, side)
@@ -141,14 +143,20 @@ def _adaptive(polygon, normal, target, tolerance, measure, shadows, quad, out):
             if quarter[4] == 0.0:
                 return False
             heappush(queue, quarter)
-            error, whole = error - quarter[0], whole + quarter[6]
-    out[0] = out[1] = 0.0
-    out[2] = -queue[0][0]
+            squares, whole = squares + quarter[0] ** 2, whole + quarter[6]
+    out[0] = out[1] = squares = 0.0
     for cell in queue:
         out[0] += cell[5]
         out[1] += cell[6]
-        out[2] -= cell[0]
+        squares += cell[0] ** 2
+    out[2] = _total(squares, queue)
     return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _total(squares, queue):
+    """Return the error of all cells, whose own are the first entries, negative."""
+    return CERTAIN * math.sqrt(max(0.0, squares)) - queue[0][0]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
