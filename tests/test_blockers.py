@@ -222,7 +222,7 @@ def crowd(rng, count):
 
 def search(visibility, geometry, i, j):
     """Return HIDDEN, TOO_MANY or the set that `find_blockers` finds between patches i and j."""
-    p, q, slack = geometry.vertices[i], geometry.vertices[j], 4 * geometry.grain
+    p, q, slack = geometry.vertices[i], geometry.vertices[j], 4 * geometry.grain.max()
     planes, found = np.empty((10, 4)), np.empty(MOST, np.int64)
     free = np.zeros(visibility.blockers.body.max(initial=0) + 1, bool)
     bounds = shaft_planes(geometry, i, j, p, q, slack, planes)
@@ -234,14 +234,14 @@ def search(visibility, geometry, i, j):
 
 
 def in_front(corners, geometry, i):
-    return np.max((corners - geometry.centroid[i]) @ geometry.normal[i]) > 4 * geometry.grain
+    return np.max((corners - geometry.centroid[i]) @ geometry.normal[i]) > 4 * geometry.grain.max()
 
 
 @pytest.mark.parametrize("count", [5, 40])
 def test_searches_agree_with_a_plain_loop(count):
     rng = np.random.default_rng(count)
     visibility, patches, geometry = crowd(rng, count)
-    blockers, slack = visibility.blockers, 4 * geometry.grain
+    blockers, slack = visibility.blockers, 4 * geometry.grain.max()
     assert len(blockers.count) == count
     hidden = some = 0
     for i, j in rng.integers(0, len(patches), (1500, 2)):
@@ -274,7 +274,7 @@ def kept(blockers, geometry, i, j, candidates):
     """Return the set that `keep_between` leaves of the candidates."""
     candidates = np.array(candidates, np.int64)
     lines, sides = np.empty((MOST, 8, 4, 4)), np.empty(MOST)
-    slack, found = 4 * geometry.grain, np.empty(MOST, np.int64)
+    slack, found = 4 * geometry.grain.max(), np.empty(MOST, np.int64)
     prepare_lines(blockers, candidates, geometry.vertices[i], slack, lines, sides)
     count = keep_between(
         blockers, candidates, lines, sides, geometry.centroid[j], geometry.normal[j],
@@ -287,7 +287,7 @@ def test_prepared_sorts_agree_with_single_ones():
     """All candidates, also those away and those that cover."""
     rng = np.random.default_rng(7)
     visibility, patches, geometry = crowd(rng, 20)
-    blockers, slack = visibility.blockers, 4 * geometry.grain
+    blockers, slack = visibility.blockers, 4 * geometry.grain.max()
     seen = set()
     for i, j in rng.integers(0, len(patches), (1000, 2)):
         for b in range(20):

@@ -139,7 +139,7 @@ def fault_in_visibility(patch):
     original = visibility.make_blockers
 
     def forgotten(corners, count, normal, body, grain):
-        return original(corners[:0], count[:0], normal[:0], body[:0], grain)
+        return original(corners[:0], count[:0], normal[:0], body[:0], grain[:0])
 
     patch(visibility, "make_blockers", forgotten)
 

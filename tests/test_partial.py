@@ -48,7 +48,7 @@ class Pair:
         whole, _ = exchange_area(self.geometry, i, j, 1e-12, room)
         counts = load_fronts(self.geometry, i, j, room)
         active = self.active if order is None else self.active[order]
-        shadows = self.visibility.blockers, active, self.geometry.grain, make_shade(), room.x
+        shadows = self.visibility.blockers, active, self.geometry.grain.max(), make_shade(), room.x
         seen, error = partial_exchange(
             self.geometry, i, j, *counts, whole, tolerance, shadows, room
         )
@@ -63,8 +63,8 @@ class Pair:
             for t in (np.arange(n) + 0.5) / n:
                 w = bilinear(g.vertices[i], s, t, x)
                 args = x, g.normal[i], g.vertices[j], self.visibility.blockers
-                seen += w * visible_factor(*args, self.active, g.grain, shade)[0]
-                whole += w * visible_factor(*args, none, g.grain, shade)[0]
+                seen += w * visible_factor(*args, self.active, g.grain[0], shade)[0]
+                whole += w * visible_factor(*args, none, g.grain[0], shade)[0]
         return seen / whole
 
 

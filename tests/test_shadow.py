@@ -23,7 +23,8 @@ def blockers_of(polygons):
         count[m] = len(polygon)
         across = np.cross(polygon[1] - polygon[0], polygon[2] - polygon[0])
         normal[m] = across / np.linalg.norm(across)
-    return Blockers(corners, count, normal, np.zeros(k, int), np.zeros((2, 3)), np.ones((2, 3)), 1)
+    boxes = np.zeros((2, 3)), np.ones((2, 3))
+    return Blockers(corners, count, normal, np.zeros(k, int), np.zeros(k), *boxes, 1)
 
 
 def seen(x, polygons, target=TARGET, normal=UP, order=None):

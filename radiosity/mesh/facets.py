@@ -35,11 +35,13 @@ class Facets:
     normal: np.ndarray
     facet: np.ndarray
 
-    def unevenness(self, faces: Faces) -> float:
-        """Return how far, at most, a vertex of the faces lies off the plane of its facet."""
+    def unevenness(self, faces: Faces) -> np.ndarray:
+        """Return (m,) how far, at most, a vertex of its faces lies off the plane of each facet."""
         plane, normal = self.vertices[self.facet, 0], self.normal[self.facet]
         height = np.einsum("fvc,fc->fv", faces.vertices - plane[:, None], normal)
-        return float(np.abs(height).max(initial=0.0))
+        found = np.zeros(len(self.count))
+        np.maximum.at(found, self.facet, np.abs(height).max(axis=1, initial=0.0))
+        return found
 
 
 @dataclass(frozen=True)

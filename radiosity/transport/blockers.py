@@ -19,17 +19,17 @@ HIDDEN, TOO_MANY = -1, -2
 AWAY, BETWEEN, COVERS = 0, 1, 2
 DIRECTIONS, CHUNK = 64, 256
 
-Blockers = namedtuple("Blockers", "corners count normal body low high leaves")
+Blockers = namedtuple("Blockers", "corners count normal body grain low high leaves")
 Blockers.__doc__ = """Convex polygons in Morton order, and the boxes of a binary tree over them.
 
 corners (k, 8, 3), count (k,), normal (k, 3), body (k,): which closed surface it belongs to, see
-`Bodies`; low and high (2 leaves, 3): node 1 is the root, the
-children of node m are 2 m and 2 m + 1, leaf l is node leaves + l and holds the LEAF blockers from
-LEAF l on.
+`Bodies`; grain (k,): how far rounding may have moved a corner; low and high (2 leaves, 3): node 1
+is the root, the children of node m are 2 m and 2 m + 1, leaf l is node leaves + l and holds the
+LEAF blockers from LEAF l on.
 """
 
 
-def make_blockers(corners, count, normal, body, grain: float) -> Blockers:
+def make_blockers(corners, count, normal, body, grain) -> Blockers:
     """Return the facets that can block.
 
     A facet that has all others on one side of its plane can not: no segment between two points of
@@ -40,12 +40,14 @@ def make_blockers(corners, count, normal, body, grain: float) -> Blockers:
     corners : (m, 8, 3), count : (m,), normal : (m, 3)
         As in `Facets`, in local coordinates of about 1.
     body : (m,) int
-    grain : float
-        How far rounding may have moved a corner.
+    grain : float or (m,) float
+        How far rounding may have moved their corners.
     """
+    grain = np.full(len(corners), grain, float)
     inside = np.flatnonzero(~_on_the_hull(corners, normal, 8.0 * grain))
     order = inside[np.argsort(_morton(corners[inside].mean(axis=1)), kind="stable")]
     corners, count, normal, body = corners[order], count[order], normal[order], body[order]
+    grain = grain[order]
     leaves = 1 << max(0, int(np.ceil(np.log2(max(1, -(-len(corners) // LEAF))))))
     low, high = np.full((2, 2 * leaves, 3), np.inf)
     high *= -1
@@ -57,7 +59,7 @@ def make_blockers(corners, count, normal, body, grain: float) -> Blockers:
         high[m] = np.maximum(high[2 * m], high[2 * m + 1])
     return Blockers(
         np.ascontiguousarray(corners), count.astype(np.int64), np.ascontiguousarray(normal),
-        body.astype(np.int64), low, high, leaves,
+        body.astype(np.int64), grain, low, high, leaves,
     )  # fmt: skip
 
 
@@ -75,8 +77,8 @@ def _on_the_hull(corners, normal, slack) -> np.ndarray:
         one_side = np.zeros(len(left), bool)
         for a in range(0, len(left), CHUNK):
             part = left[a : a + CHUNK]
-            h = normal[part] @ tried.T - level[part, None]
-            one_side[a : a + CHUNK] = (h.min(axis=1) >= -slack) | (h.max(axis=1) <= slack)
+            h, s = normal[part] @ tried.T - level[part, None], slack[part]
+            one_side[a : a + CHUNK] = (h.min(axis=1) >= -s) | (h.max(axis=1) <= s)
         left = left[one_side]
     found = np.zeros(len(corners), bool)
     found[left] = True
@@ -189,9 +191,10 @@ def find_blockers(blockers, free, p, box, planes, slack, beyond, nodes, found):
             corners = blockers.corners[b, : blockers.count[b]]
             if beside(corners, planes, slack):
                 continue
-            if free[blockers.body[b]] and heights(p, corners[0], blockers.normal[b])[1] <= slack:
+            own = max(slack, 4.0 * blockers.grain[b])
+            if free[blockers.body[b]] and heights(p, corners[0], blockers.normal[b])[1] <= own:
                 continue
-            where = between(corners, blockers.normal[b], p, box, slack)
+            where = between(corners, blockers.normal[b], p, box, own)
             if where == COVERS:
                 low, high = heights(box, corners[0], blockers.normal[b])
                 if max(low, -high) >= beyond:
@@ -219,7 +222,8 @@ def prepare_lines(blockers, candidates, p, slack, lines, sides):
         b = candidates[m]
         corners, count = blockers.corners[b], blockers.count[b]
         low, high = heights(p, corners[0], blockers.normal[b])
-        sides[m] = -1.0 if low >= -slack else 1.0 if high <= slack else 0.0
+        own = max(slack, 4.0 * blockers.grain[b])
+        sides[m] = -1.0 if low >= -own else 1.0 if high <= own else 0.0
         for e in range(count):
             one, two = corners[e], corners[(e + 1) % count]
             for k in range(4):
@@ -247,9 +251,10 @@ def keep_between(blockers, candidates, lines, sides, centre, normal, q, slack, f
         if heights(corners, centre, normal)[1] <= slack:
             continue
         low, high = heights(q, corners[0], blockers.normal[b])
-        if (sides[m] < 0.0 and low >= -slack) or (sides[m] > 0.0 and high <= slack):
+        own = max(slack, 4.0 * blockers.grain[b])
+        if (sides[m] < 0.0 and low >= -own) or (sides[m] > 0.0 and high <= own):
             continue
-        covers = (sides[m] < 0.0 and high <= slack) or (sides[m] > 0.0 and low >= -slack)
+        covers = (sides[m] < 0.0 and high <= own) or (sides[m] > 0.0 and low >= -own)
         away = False
         if sides[m] != 0.0:
             for e in range(count):
@@ -260,10 +265,10 @@ def keep_between(blockers, candidates, lines, sides, centre, normal, q, slack, f
                         line = lines[m, e, k]
                         w = line[0] * x + line[1] * y + line[2] * z + line[3]
                         low, high = min(low, w), max(high, w)
-                if high <= slack:
+                if high <= own:
                     away = True
                     break
-                covers = covers and low >= -slack
+                covers = covers and low >= -own
         if away:
             continue
         if covers:

@@ -48,11 +48,13 @@ def measure_openness(
     live: np.ndarray,
     accuracy: float,
     seed: int = 0,
+    doubtful: np.ndarray | None = None,
 ) -> Openness:
     """Return what each row sends to no row, by cosine-distributed rays from all over it.
 
-    Few rays for every row; for those that see anything but rows, more until the error of N points
-    in four dimensions on either side of an edge, sqrt(s (1 - s)) N^(-0.6), meets ``accuracy``.
+    Few rays for every row; for those that see anything but rows, and for doubtful ones, more until
+    the error of N points in four dimensions on either side of an edge, sqrt(s (1 - s)) N^(-0.6),
+    meets ``accuracy``.
 
     Parameters
     ----------
@@ -60,20 +62,26 @@ def measure_openness(
         Rows; the others get 0. A ray that meets a side of a face without any row ends on no row.
     accuracy : float
         Of the share.
+    doubtful : (n,) bool, optional
+        Rows that may see out although few rays do not: in scenes where any row does, their error
+        is not 0.
     """
     rows = np.flatnonzero(live)
     count = int(np.clip(1 << int(np.log2(max(1, AT_ONCE // max(1, len(rows))))), FEWEST, MOST))
     met = np.zeros((len(patches), 3))
     ends = _Ends(patches, visibility, live)
     _trace(met, rows, range(count), patches, visibility, ends, seed)
-    open_rows = rows[met[rows, ROW] < count]
+    more = met[:, ROW] < count
+    if doubtful is not None:
+        more |= doubtful
     wanted = int(np.clip((0.5 / accuracy) ** (1.0 / 0.6), count, MOST))
     if wanted > count:
-        _trace(met, open_rows, range(count, wanted), patches, visibility, ends, seed)
+        _trace(met, rows[more[rows]], range(count, wanted), patches, visibility, ends, seed)
     total = np.maximum(met.sum(axis=1), 1.0)
     share = 1.0 - np.where(live, met[:, ROW] / total, 1.0)
     spread = np.sqrt(np.maximum(share * (1.0 - share), 1.0 / total)) * total**-0.6
-    return Openness(share, np.where(share > 0, spread, 0.0), met[:, SURFACE] / total)
+    uncertain = more & live if np.any(share > 0) else False
+    return Openness(share, np.where(uncertain, spread, 0.0), met[:, SURFACE] / total)
 
 
 class _Ends:

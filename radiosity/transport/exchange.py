@@ -34,7 +34,7 @@ Geometry.__doc__ = """Polygons as the kernels read them, in lengths of about 1.
 
 vertices (n, 4, 3), normal and centroid (n, 3), radius and area (n,); bent (n,): no parallelogram;
 points (n, 3, 90) and weights (n, 90), area included, of the Gauss rules with 2 to 6 points a
-direction; grain: how far rounding may have moved a vertex.
+direction; grain (n,): how far rounding may have moved their vertices.
 """
 
 Room = namedtuple("Room", "p q scratch found x quad")
@@ -48,7 +48,7 @@ def make_room() -> Room:
     return Room(corners[0], corners[1], np.empty((4, 64)), found, x, quad)
 
 
-def make_geometry(vertices, normal, centroid, area, grain: float = GRAIN) -> Geometry:
+def make_geometry(vertices, normal, centroid, area, grain=GRAIN) -> Geometry:
     """Return the arrays of polygons in local coordinates.
 
     Parameters
@@ -57,7 +57,7 @@ def make_geometry(vertices, normal, centroid, area, grain: float = GRAIN) -> Geo
         Centred and scaled so that they lie within about [-1, 1].
     normal, centroid : (n, 3) float64
     area : (n,) float64
-    grain : float
+    grain : float or (n,) float
         How far rounding may have moved a vertex.
     """
     radius = np.linalg.norm(vertices - centroid[:, None], axis=2).max(axis=1, initial=0.0)
@@ -66,7 +66,21 @@ def make_geometry(vertices, normal, centroid, area, grain: float = GRAIN) -> Geo
     _gauss_points(vertices, points, weights)
     skew = np.abs(vertices[:, 0] - vertices[:, 1] + vertices[:, 2] - vertices[:, 3]).max(axis=1)
     bent = skew > 1e-3 * radius
+    grain = np.full(n, grain, float)
     return Geometry(vertices, normal, centroid, radius, area, bent, points, weights, grain)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def grain_of(geometry, i, j):
+    """Return how far rounding may have moved a vertex of either polygon."""
+    return max(geometry.grain[i], geometry.grain[j])
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def least_height(geometry, i, j):
+    """Return the height over a plane below which either polygon does not see the other."""
+    reach = geometry.radius[i] + geometry.radius[j]
+    return 1e-12 * reach + 4.0 * grain_of(geometry, i, j)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -280,8 +294,7 @@ def load_fronts(geometry, i, j, room):
     Both counts are 0 where neither sees the other's front.
     """
     p, q = geometry.vertices[i], geometry.vertices[j]
-    reach = geometry.radius[i] + geometry.radius[j]
-    tolerance = 1e-12 * reach + 4.0 * geometry.grain
+    tolerance = least_height(geometry, i, j)
     if heights(q, geometry.centroid[i], geometry.normal[i])[1] <= tolerance:
         return 0, 0
     if heights(p, geometry.centroid[j], geometry.normal[j])[1] <= tolerance:
@@ -319,7 +332,7 @@ def exchange_area(geometry, i, j, tolerance, room):
     """
     ci, cj = geometry.centroid[i], geometry.centroid[j]
     ri, rj = geometry.radius[i], geometry.radius[j]
-    slack = 1e-12 * (ri + rj) + 4.0 * geometry.grain
+    slack = least_height(geometry, i, j)
     low_j, high_j = heights(geometry.vertices[j], ci, geometry.normal[i])
     low_i, high_i = heights(geometry.vertices[i], cj, geometry.normal[j])
     if high_j <= slack or high_i <= slack:

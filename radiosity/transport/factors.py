@@ -23,7 +23,9 @@ from radiosity.transport.exchange import (
     GRAZING,
     Geometry,
     exchange_area,
+    grain_of,
     least_certain,
+    least_height,
     load_fronts,
     make_geometry,
     make_room,
@@ -50,6 +52,7 @@ from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT, Visibility
 
 ROWS = 16
+DOUBT = 0.2  # of the accuracy: rows that miss more of 1 than they explain get more openness rays
 ENTRIES = 1 << 22  # of the matrix whose pairs are traced at a time
 UNSEEN = -1
 RAYS = -1.0  # marks in the errors what is left to rays
@@ -79,7 +82,7 @@ def patch_geometry(patches: Patches, visibility: Visibility) -> Geometry:
     centre, scale = visibility.centre, visibility.scale
     return make_geometry(
         (patches.vertices - centre) * scale, patches.normal, (patches.centroid - centre) * scale,
-        patches.area * scale**2, visibility.grain,
+        patches.area * scale**2, visibility.grain[patches.face],
     )  # fmt: skip
 
 
@@ -132,7 +135,9 @@ def form_factors(
     over_ranges(pairs, n, ROWS, "form factors", progress)
     _trace_rest(exchange, error, patches, visibility, asked, seed, progress)
     over_ranges(lambda a, b: _mirror(a, b, exchange, error), n, 256)
-    openness = measure_openness(patches, visibility, live, accuracy, seed)
+    found = FormFactors(exchange, patches.area, error)
+    doubtful = np.abs(1.0 - found.row_sums()) > found.row_errors() + DOUBT * accuracy
+    openness = measure_openness(patches, visibility, live, accuracy, seed, doubtful)
     return FormFactors(exchange, patches.area, error, openness)
 
 
@@ -220,7 +225,7 @@ def _points_of_run(geometry, i, start, count, live, tolerance, table, needed):
     for k in range(count):
         j = start + k
         rj = geometry.radius[j]
-        slack = 1e-12 * (ri + rj) + 4.0 * geometry.grain
+        slack = least_height(geometry, i, j)
         needed[k] = UNSEEN
         if not live[j] or table[HIGH_I, k] <= slack or table[HIGH_J, k] <= slack:
             continue
@@ -272,7 +277,7 @@ def _block_run(
     _box_about(geometry, start, count, needed, box)
     blockers, free = barriers.blockers, barriers.free[i]
     p, planes, nodes, run = geometry.vertices[i], spaces.planes, spaces.nodes, spaces.run
-    slack = 4.0 * geometry.grain
+    slack = 4.0 * geometry.grain[i]
     bounds = half_shaft_planes(geometry, i, box, slack, planes)
     some = find_blockers(blockers, free, p, box, planes[:bounds], slack, slack, nodes, run)
     if some == HIDDEN:
@@ -283,7 +288,7 @@ def _block_run(
         if needed[k] == UNSEEN or some == 0:
             continue
         j = start + k
-        q = geometry.vertices[j]
+        q, slack = geometry.vertices[j], 4.0 * grain_of(geometry, i, j)
         if some == TOO_MANY:
             bounds = shaft_planes(geometry, i, j, p, q, slack, planes)
             most = max(barriers.limit[i], barriers.limit[j]) if asked[1] >= COARSE else MOST
@@ -308,7 +313,8 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
     count_p, count_q = load_fronts(geometry, i, j, spaces.room)
     if count_p == 0:
         return 0.0, 0.0
-    p, q, slack = spaces.room.p[:count_p], spaces.room.q[:count_q], 4.0 * geometry.grain
+    p, q, grain = spaces.room.p[:count_p], spaces.room.q[:count_q], grain_of(geometry, i, j)
+    slack = 4.0 * grain
     bounds = shaft_planes(geometry, i, j, p, q, slack, spaces.planes)
     count = drop_beside(barriers.blockers, found, count, spaces.planes[:bounds], slack)
     if count == 0:
@@ -316,7 +322,9 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
     tolerance = max(asked[1], asked[2] * min(geometry.area[i], geometry.area[j]) / value)
     if tolerance >= COARSE and count > max(barriers.limit[i], barriers.limit[j]):
         return value, RAYS
-    shadows = (barriers.blockers, found[:count], geometry.grain, spaces.shade, spaces.room.x)
+    for k in range(count):
+        grain = max(grain, barriers.blockers.grain[found[k]])
+    shadows = (barriers.blockers, found[:count], grain, spaces.shade, spaces.room.x)
     seen, doubt = partial_exchange(
         geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
     )

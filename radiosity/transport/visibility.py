@@ -26,8 +26,9 @@ class Visibility:
     centre : (3,) float64
     scale : float
         A power of 2, so that scaling rounds nothing.
-    grain : float
-        How far rounding, here or in the file, may have moved a vertex, in ray coordinates.
+    grain : (f,) float64
+        How far rounding, here or in the file, may have moved the vertices of a face, in ray
+        coordinates; where a face is less even than most, how far they lie off its plane.
     face_normal : (f, 3) float32
     blockers : Blockers
         What can come between two points, as convex polygons in ray coordinates.
@@ -42,14 +43,16 @@ class Visibility:
         facets = merge_facets(faces)
         offset = np.abs([low, high]).max() * self.scale
         bent = facets.unevenness(faces) * self.scale
-        self.grain = max(4.0 * np.finfo(float).eps * (1.0 + offset), 2.0 * bent)
+        rounding = max(4.0 * np.finfo(float).eps * (1.0 + offset), 4.0 * np.median(bent))
+        grain = np.maximum(rounding, 2.0 * bent)
+        self.grain = grain[facets.facet]
         self._corners = (facets.vertices - self.centre) * self.scale
         self._normal, bodies = facets.normal, find_bodies(faces)
         self._bodies, self._of_face = bodies.count, bodies.of_face
         self._of_facet = np.empty(len(facets.count), int)
         self._of_facet[facets.facet] = bodies.of_face
         self.blockers = make_blockers(
-            self._corners, facets.count, facets.normal, self._of_facet, self.grain
+            self._corners, facets.count, facets.normal, self._of_facet, grain
         )
         triangles, self._face = _triangles(faces)
         self._triangles = ((triangles - self.centre) * self.scale).astype(np.float32)
@@ -64,7 +67,8 @@ class Visibility:
         free = np.zeros((len(patches), self._bodies + 1), bool)
         for b in range(self._bodies):
             corners, normal = self._corners[self._of_facet == b], self._normal[self._of_facet == b]
-            free[:, b] = free_of(corners, corners[:, 0], normal, points, 4.0 * self.grain)
+            slack = 4.0 * self.grain[self._of_face == b].max()
+            free[:, b] = free_of(corners, corners[:, 0], normal, points, slack)
             own = self._of_face[patches.face] == b
             free[own, b] &= patches.front[own]
         return free
