@@ -6,6 +6,7 @@ import numpy as np
 
 PLANAR = 1e-6  # deviation from a plane, as a share of a polygon's size, below which it is flat
 WELD = 1e-7  # distance, as a share of the mesh's size, below which two vertices are one
+SHARED = 8  # faces looked at round one edge; bounds the work where thousands share it
 BLUNTEST = np.cos(np.radians(30))  # pairs with a corner below 30 or above 150 degrees stay apart
 
 
@@ -122,18 +123,30 @@ def _neighbours(corners, surface):
     """Return the edges, numbered 3 t + k, of triangles of one surface that meet head to tail."""
     ids = welded(corners.reshape(-1, 3)).reshape(-1, 3)
     start, end = ids.ravel(), np.roll(ids, -1, axis=1).ravel()
-    key = np.minimum(start, end) * (ids.max(initial=0) + 1) + np.maximum(start, end)
-    there, back = np.flatnonzero(start < end), np.flatnonzero(start > end)
-    back = back[np.argsort(key[back], kind="stable")]
-    low = np.searchsorted(key[back], key[there], "left")
-    count = np.searchsorted(key[back], key[there], "right") - low
-    count = np.minimum(count, 8)  # bounds the work where thousands of faces share one edge
-    one = np.repeat(there, count)
-    step = np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)
-    two = back[np.repeat(low, count) + step]
+    one, two = meeting_edges(start, end, start != end).T
     same = (surface[one // 3] == surface[two // 3]) & (one // 3 != two // 3)
     one, two = one[same], two[same]
     return np.minimum(one, two), np.maximum(one, two)
+
+
+def ranges(low, count):
+    """Return the numbers low[i] ... low[i] + count[i] - 1 of all i in a row, and their i."""
+    owner = np.repeat(np.arange(len(low)), count)
+    return low[owner] + np.arange(len(owner)) - (np.cumsum(count) - count)[owner], owner
+
+
+def meeting_edges(start, end, real):
+    """Return the pairs (t, 2) of half-edges that run between the same points head to tail.
+
+    ``start`` and ``end`` number their points, ``real`` tells which of them count.
+    """
+    key = np.minimum(start, end) * (start.max(initial=0) + 1) + np.maximum(start, end)
+    there, back = np.flatnonzero(real & (start < end)), np.flatnonzero(real & (start > end))
+    back = back[np.argsort(key[back], kind="stable")]
+    low = np.searchsorted(key[back], key[there], "left")
+    count = np.searchsorted(key[back], key[there], "right") - low
+    at, owner = ranges(low, np.minimum(count, SHARED))
+    return np.stack([there[owner], back[at]], axis=1)
 
 
 def welded(points):

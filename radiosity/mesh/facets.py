@@ -6,11 +6,10 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from radiosity.mesh.faces import PLANAR, WELD, Faces, welded
+from radiosity.mesh.faces import PLANAR, WELD, Faces, meeting_edges, ranges, welded
 
 MOST_CORNERS = 8
 ROUGHEST = 1e-3  # rounding of a normal above which a sliver could be in any plane
-SHARED = 8  # faces looked at round one edge; bounds the work where thousands share it
 
 
 @dataclass(frozen=True)
@@ -117,7 +116,7 @@ def _mesh(faces):
     normal = faces.normals()
     longest = np.linalg.norm(np.roll(v, -1, axis=1) - v, axis=2).max(axis=1, initial=0)
     blur = 4 * rounding * longest / np.maximum(faces.areas(), 1e-300)
-    pairs = _meeting(start, end, real & np.repeat(blur < ROUGHEST, 4))
+    pairs = meeting_edges(start, end, real & np.repeat(blur < ROUGHEST, 4))
     f, g = pairs.T // 4
     bend = np.linalg.norm(normal[f] - normal[g], axis=1)
     twins = pairs[bend <= 2 * WELD + blur[f] + blur[g]]
@@ -134,23 +133,6 @@ def _one_of_each(flat, number):
     first = np.unique(number[order], return_index=True)[1]
     points[odd] = flat[order[first]]
     return points
-
-
-def _ranges(low, count):
-    """Return the numbers low[i] ... low[i] + count[i] - 1 of all i in a row, and their i."""
-    owner = np.repeat(np.arange(len(low)), count)
-    return low[owner] + np.arange(len(owner)) - (np.cumsum(count) - count)[owner], owner
-
-
-def _meeting(start, end, real):
-    """Return the pairs (t, 2) of half-edges that run between the same points head to tail."""
-    key = np.minimum(start, end) * (start.max(initial=0) + 1) + np.maximum(start, end)
-    there, back = np.flatnonzero(real & (start < end)), np.flatnonzero(real & (start > end))
-    back = back[np.argsort(key[back], kind="stable")]
-    low = np.searchsorted(key[back], key[there], "left")
-    count = np.searchsorted(key[back], key[there], "right") - low
-    at, owner = _ranges(low, np.minimum(count, SHARED))
-    return np.stack([there[owner], back[at]], axis=1)
 
 
 def _components(mesh, linked):
@@ -351,7 +333,7 @@ def _ahead(start, end, along, back, gap):
     inner = np.flatnonzero(back >= 0)
     inner = inner[np.argsort(start[inner], kind="stable")]
     low = np.searchsorted(start[inner], end, "left")
-    at, e = _ranges(low, np.searchsorted(start[inner], end, "right") - low)
+    at, e = ranges(low, np.searchsorted(start[inner], end, "right") - low)
     at = inner[at]
     length = np.linalg.norm(along, axis=1)
     a, b = along[e] / length[e, None], along[at] / length[at, None]

@@ -38,7 +38,8 @@ def form_factors(
         Faces are counter-clockwise seen from the side that radiates; row k is face k. Polygons
         of any number of corners, concave ones too; of PLY and STL files the triangles.
     accuracy : float
-        Asked bound of the sum over j of |error of F_ij| in every row.
+        Asked bound of the sum over j of |error of F_ij| in every row. What leaves the rows has
+        an error of its own, ``openness.error``.
     obstructions : like ``mesh``, optional
         Faces that block but are no rows.
     two_sided : bool

@@ -60,6 +60,8 @@ def solve(
     Refused
         The matrix would not fit into ``memory``.
     NotConverged
+    NotClosable
+        The rows of the form factors cannot be closed.
     """
     if solver not in SOLVERS:
         raise ValueError(f"solver = {solver!r} must be one of {', '.join(SOLVERS)}")

@@ -9,9 +9,9 @@ import math
 
 from numba import njit
 
+from radiosity.transport.polygon import TINY
 from radiosity.transport.rules import GRADED, NODES, ORDERS, WEIGHTS, gauss_index
 
-TINY = 1e-300
 EPS = 2.3e-16
 DEPTH = 64
 ON = 1e-14  # a share of a length below which two points are one

@@ -104,10 +104,9 @@ def _measured(polygon, part, normal, target, measure, shadows, quad, out):
     first, s, t, side = part
     _root(polygon, first, quad)
     box = (s, s + side, t, t + side)
-    if not _cell(quad, box, INNER, normal, target, shadows, out):
-        return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
+    good = _cell(quad, box, INNER, normal, target, shadows, out)
     inner, of_inner = out[0], out[1]
-    if not _cell(quad, box, OUTER, normal, target, shadows, out):
+    if not good or not _cell(quad, box, OUTER, normal, target, shadows, out):
         return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     apart = max(BEND * out[2], _difference(measure, inner, of_inner, out[0], out[1]))
     seen, whole = TILT * inner + (1.0 - TILT) * out[0], TILT * of_inner + (1.0 - TILT) * out[1]
