@@ -62,7 +62,7 @@ WHOLE, SHARE, SMALL = 1e-2, 0.75, 0.24
 TIGHTEST, LOOSEST = 1e-12, 1e-4
 # More blockers in a shaft than this are left to rays where a share need be no better than this and
 # no blocker comes so near to either end that a ray's origin would be lifted past it.
-FEWER, COARSE, NEAR = 8, 7e-3, 4.0 * LIFT
+FEWER, COARSE, NEAR = 4, 7e-3, 4.0 * LIFT
 # So few patches get exact unoccluded factors, and shares with so much more care.
 FEW, CARE = 64, 0.05
 
