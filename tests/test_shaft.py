@@ -6,7 +6,7 @@ from scenes_for_tests import SQUARE, box, faces_of, meshed, normal_of, ring, rot
 from scipy.optimize import linprog
 
 from radiosity.transport import factors
-from radiosity.transport.blockers import comes_near, drop_beside, make_blockers
+from radiosity.transport.blockers import anything_near, drop_beside, make_blockers
 from radiosity.transport.exchange import make_geometry
 from radiosity.transport.factors import NEAR, form_factors
 from radiosity.transport.shaft import beside, box_beside, half_shaft_planes, shaft_planes
@@ -111,6 +111,8 @@ def test_only_what_comes_near_to_the_front_is_near(height, near):
     rng, up = np.random.default_rng(4), np.array([0, 0, 1.0])
     for _ in range(20):
         turn = rotation(rng)
+        floor = (SQUARE @ turn.T)[None]
+        geometry = make_geometry(floor, (turn @ up)[None], floor.mean(axis=1), np.ones(1), GRAIN)
         sheet = (0.5 * SQUARE + [0.2, 0.3, height * NEAR]) @ turn.T
         for shift, expected in ((0, near), (turn @ [3.0, 0, 0], False)):
             corners = (sheet + shift)[[0, 1, 2, 3, 3, 3, 3, 3]][None]
@@ -119,9 +121,8 @@ def test_only_what_comes_near_to_the_front_is_near(height, near):
                 hull, np.full(3, 4), np.tile(turn @ up, (3, 1)), np.full(3, 3), GRAIN
             )
             assert len(blockers.count) == 1
-            middle = turn @ [0.5, 0.5, 0]
-            found = comes_near(blockers, turn @ up, middle, 0.75, NEAR, np.empty(64, np.int64))
-            assert found == expected
+            planes, nodes = np.empty((6, 4)), np.empty(64, np.int64)
+            assert anything_near(blockers, geometry, 0, NEAR, planes, nodes) == expected
 
 
 def cluttered(rng, count):
@@ -151,6 +152,20 @@ def test_rays_and_exact_shadows_agree_where_rays_may_be_taken(accuracy, monkeypa
     assert len(at[0]) > 300
     # standard errors, neither too small nor too careful
     assert 0.7 < np.sqrt(np.mean((wrong[at] / coarse.error[at]) ** 2)) < 1.1
+
+
+@pytest.mark.parametrize("gap", [1e-4, 1e-5, 5e-6])
+def test_no_clutter_lets_light_through_a_wall(gap):
+    """A room full of sheets in a shell so near that rays would start beyond the wall."""
+    rng = np.random.default_rng(7)
+    sheets = [0.08 * SQUARE @ rotation(rng).T + rng.uniform(0.2, 0.7, 3) for _ in range(300)]
+    shell = box((-gap, -gap, -gap), (1 + gap, 1 + gap, 1 + gap))
+    polygons = np.concatenate([box((0, 0, 0), (1, 1, 1)), shell, sheets]) @ rotation(rng).T
+    visibility, _, patches = meshed(faces_of(polygons), 3)
+    room, around = patches.face < 6, (patches.face >= 6) & (patches.face < 12)
+    found = form_factors(patches, visibility, np.asarray(room | around), 0.1)
+    assert np.all(found.exchange[np.ix_(room, around)] == 0)
+    assert np.all(found.row_sums()[room] > 0.3)
 
 
 def test_rays_that_could_start_beyond_a_blocker_are_not_taken():

@@ -16,6 +16,7 @@ from radiosity.transport.shaft import beside, box_beside
 LEAF = 4
 MOST = 32  # blockers in one shaft that are cut out exactly
 HIDDEN, TOO_MANY = -1, -2
+START = -1  # no node of the tree was visited
 AWAY, BETWEEN, COVERS = 0, 1, 2
 DIRECTIONS, CHUNK = 64, 256
 
@@ -150,6 +151,26 @@ def between(corners, normal, p, q, slack):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _next_leaf(blockers, planes, slack, nodes, left):
+    """Return the first blocker of the next leaf that no plane keeps out, and how many nodes wait.
+
+    -1 after the last; begin with START nodes that wait.
+    """
+    if left == START:
+        nodes[0], left = 1, 1
+    while left > 0:
+        left -= 1
+        m = nodes[left]
+        if box_beside(blockers.low[m], blockers.high[m], planes, slack):
+            continue
+        if m >= blockers.leaves:
+            return (m - blockers.leaves) * LEAF, left
+        nodes[left], nodes[left + 1] = 2 * m + 1, 2 * m
+        left += 2
+    return -1, 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def find_blockers(blockers, free, p, box, planes, slack, beyond, nodes, found):
     """Write the blockers between a polygon and all that a box holds into found.
 
@@ -175,18 +196,9 @@ def find_blockers(blockers, free, p, box, planes, slack, beyond, nodes, found):
     int
         How many, HIDDEN where one of them covers all, or TOO_MANY.
     """
-    count, left = 0, 1
-    nodes[0] = 1
-    while left > 0:
-        left -= 1
-        m = nodes[left]
-        if box_beside(blockers.low[m], blockers.high[m], planes, slack):
-            continue
-        if m < blockers.leaves:
-            nodes[left], nodes[left + 1] = 2 * m + 1, 2 * m
-            left += 2
-            continue
-        first = (m - blockers.leaves) * LEAF
+    count = 0
+    first, left = _next_leaf(blockers, planes, slack, nodes, START)
+    while first >= 0:
         for b in range(first, min(first + LEAF, len(blockers.count))):
             corners = blockers.corners[b, : blockers.count[b]]
             if beside(corners, planes, slack):
@@ -204,6 +216,7 @@ def find_blockers(blockers, free, p, box, planes, slack, beyond, nodes, found):
                     return TOO_MANY
                 found[count] = b
                 count += 1
+        first, left = _next_leaf(blockers, planes, slack, nodes, left)
     return count
 
 
@@ -279,29 +292,53 @@ def keep_between(blockers, candidates, lines, sides, centre, normal, q, slack, f
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def comes_near(blockers, normal, centre, radius, reach, nodes):
-    """Whether a blocker comes within ``reach`` in front of a polygon, over the circle about it."""
-    left, nodes[0] = 1, 1
-    while left > 0:
-        left -= 1
-        m = nodes[left]
-        apart = False
-        for c in range(3):
-            around = radius + reach
-            apart = apart or blockers.low[m, c] > centre[c] + around
-            apart = apart or blockers.high[m, c] < centre[c] - around
-        if apart:
-            continue
-        if m < blockers.leaves:
-            nodes[left], nodes[left + 1] = 2 * m + 1, 2 * m
-            left += 2
-            continue
-        first = (m - blockers.leaves) * LEAF
+def find_near(blockers, geometry, i, j, planes, slack, reach, nodes, found):
+    """Write the blockers in a shaft that come within ``reach`` of polygon i or j into found.
+
+    Returns how many; more than found holds are TOO_MANY.
+    """
+    count = 0
+    first, left = _next_leaf(blockers, planes, slack, nodes, START)
+    while first >= 0:
         for b in range(first, min(first + LEAF, len(blockers.count))):
             corners = blockers.corners[b, : blockers.count[b]]
-            low, high = heights(corners, centre, normal)
-            if low <= reach and high > 0.0:
+            if not beside(corners, planes, slack) and (
+                _is_near(corners, geometry, i, reach) or _is_near(corners, geometry, j, reach)
+            ):
+                if count == len(found):
+                    return TOO_MANY
+                found[count] = b
+                count += 1
+        first, left = _next_leaf(blockers, planes, slack, nodes, left)
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_near(corners, geometry, i, reach):
+    """Whether a blocker comes within ``reach`` of the plane of polygon i, in front of it."""
+    low, high = heights(corners, geometry.centroid[i], geometry.normal[i])
+    return low <= reach and high > 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def anything_near(blockers, geometry, i, reach, planes, nodes):
+    """Whether a blocker comes within ``reach`` in front of polygon i, over the box about it.
+
+    ``planes`` (6, 4) and ``nodes`` (64,) are space.
+    """
+    for c in range(3):
+        for side in range(2):
+            plane, sign = planes[2 * c + side], 2.0 * side - 1.0
+            plane[:] = 0.0
+            plane[c] = sign
+            plane[3] = sign * geometry.centroid[i, c] + geometry.radius[i] + reach
+    first, left = _next_leaf(blockers, planes, 0.0, nodes, START)
+    while first >= 0:
+        for b in range(first, min(first + LEAF, len(blockers.count))):
+            corners = blockers.corners[b, : blockers.count[b]]
+            if not beside(corners, planes, 0.0) and _is_near(corners, geometry, i, reach):
                 return True
+        first, left = _next_leaf(blockers, planes, 0.0, nodes, left)
     return False
 
 

@@ -10,9 +10,10 @@ from radiosity.transport.blockers import (
     HIDDEN,
     MOST,
     TOO_MANY,
-    comes_near,
+    anything_near,
     drop_beside,
     find_blockers,
+    find_near,
     keep_between,
     prepare_lines,
 )
@@ -165,12 +166,9 @@ def _trace_rest(exchange, error, patches, visibility, asked, seed, progress):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _limit_near(geometry, blockers, limit):
     """Write MOST for polygons that a blocker comes so near to that rays could start beyond it."""
-    nodes = np.empty(64, np.int64)
+    nodes, planes = np.empty(64, np.int64), np.empty((6, 4))
     for i in range(len(limit)):
-        if comes_near(
-            blockers, geometry.normal[i], geometry.centroid[i],
-            geometry.radius[i], NEAR, nodes,
-        ):  # fmt: skip
+        if anything_near(blockers, geometry, i, NEAR, planes, nodes):
             limit[i] = MOST
 
 
@@ -307,8 +305,13 @@ def _block_run(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, spaces):
-    """Return what blockers leave of an exchange, and its error; error RAYS where rays must tell."""
-    if count == TOO_MANY:
+    """Return what blockers leave of an exchange, and its error; error RAYS where rays must tell.
+
+    Where they are too many, those that rays could start beyond may still hide all.
+    """
+    near = max(barriers.limit[i], barriers.limit[j]) == MOST
+    many = count == TOO_MANY
+    if many and not near:
         return value, RAYS
     count_p, count_q = load_fronts(geometry, i, j, spaces.room)
     if count_p == 0:
@@ -316,11 +319,19 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
     p, q, grain = spaces.room.p[:count_p], spaces.room.q[:count_q], grain_of(geometry, i, j)
     slack = 4.0 * grain
     bounds = shaft_planes(geometry, i, j, p, q, slack, spaces.planes)
-    count = drop_beside(barriers.blockers, found, count, spaces.planes[:bounds], slack)
+    planes = spaces.planes[:bounds]
+    if many:
+        count = find_near(
+            barriers.blockers, geometry, i, j, planes, slack, NEAR, spaces.nodes, found
+        )
+        if count <= 0:
+            return value, RAYS
+    else:
+        count = drop_beside(barriers.blockers, found, count, planes, slack)
     if count == 0:
         return value, error
     tolerance = max(asked[1], asked[2] * min(geometry.area[i], geometry.area[j]) / value)
-    if tolerance >= COARSE and count > max(barriers.limit[i], barriers.limit[j]):
+    if tolerance >= COARSE and count > FEWER and not near:
         return value, RAYS
     for k in range(count):
         grain = max(grain, barriers.blockers.grain[found[k]])
@@ -328,7 +339,7 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
     seen, doubt = partial_exchange(
         geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
     )
-    if seen < 0.0:
+    if seen < 0.0 or (many and (seen > 0.0 or doubt > 0.0)):
         return value, RAYS
     return seen, doubt + error if seen > 0.0 or doubt > 0.0 else 0.0  # hidden for certain
 
