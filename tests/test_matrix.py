@@ -364,6 +364,31 @@ def test_the_mesh_itself_may_be_given_as_what_blocks():
     assert np.abs(radiosity.form_factors(room, 0.1, obstructions=room).closure).max() < 1e-12
 
 
+def test_a_sheet_on_the_floor_is_no_part_of_the_floor():
+    """Whoever looks down meets its back; the floor under it is covered."""
+    room, sheet = box((0, 0, 0), (1, 1, 1)), 0.5 * SQUARE[None, ::-1] + [0.25, 0.25, 0]
+    found = radiosity.form_factors(mesh_of(room), 1e-3, obstructions=mesh_of(sheet), repair=False)
+    assert found.area[0] == pytest.approx(0.75)
+    assert np.all(found.openness.absorbed[1:] > 0.03)
+    assert np.all(np.abs(found.closure) < 4 * found.openness.error + 1e-9)
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-5])
+def test_no_shadow_falls_between_the_points_of_both_rules(accuracy):
+    """A tilted sheet whose shadow enters a quarter of the wall between its corners."""
+    floor = np.array([[0.5, 0, 0], [1, 0, 0], [1, 0.5, 0], [0.5, 0.5, 0]])
+    wall = np.array([[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]], float)
+    sheet = [[[0.2, 0.2, 0.3], [0.8, 0.2, 0.3], [0.8, 0.8, 0.7], [0.2, 0.8, 0.7]]]
+    factor = [
+        radiosity.form_factors(
+            mesh_of([floor, *parts]), accuracy, obstructions=mesh_of(sheet), repair=False
+        ).toarray()[0, 1:].sum()
+        for parts in ([wall], cells([wall], 4))
+    ]  # fmt: skip
+    assert factor[0] == pytest.approx(factor[1], abs=2 * accuracy)
+    assert factor[0] == pytest.approx(0.0794007, abs=accuracy)  # 2 million rays: 0.0795 +- 1e-4
+
+
 def test_a_face_given_twice_is_seen_once():
     room = np.concatenate([box((0, 0, 0), (1, 2, 3)), box((0, 0, 0), (1, 2, 3))[:1]])
     found = radiosity.form_factors(mesh_of(room), 1e-3, repair=False)

@@ -154,11 +154,13 @@ def _of_mesh(path, obstructions, two_sided, accuracy, quiet, rest) -> Found:
     for note in geometry.notes:
         remark(f"note: {note}", quiet)
     faces, given, names = geometry.faces, geometry.given, list(geometry.group_names)
-    sides = 2 if two_sided else 1
-    memory = check_factors(sides * len(faces), sides * len(faces), rest["memory"])
+    blocking = None if obstructions is None else read_geometry(obstructions, merge=False).given
+    rows = (2 if two_sided else 1) * max(given.count, len(faces))
+    in_all = len(faces) + (0 if blocking is None else len(blocking.faces))
+    memory = check_factors(rows, in_all, rest["memory"])
     from radiosity.solve.matrix import form_factors  # numba takes a second
 
-    factors = form_factors(given, accuracy, obstructions=obstructions, two_sided=two_sided, **rest)
+    factors = form_factors(given, accuracy, obstructions=blocking, two_sided=two_sided, **rest)
     corners, group = np.zeros((2, given.count), int)
     pieces = np.bincount(given.owner, minlength=given.count)
     corners[given.owner] = np.where(pieces[given.owner] == 1, 4 - faces.is_triangle, 0)

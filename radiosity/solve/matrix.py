@@ -86,11 +86,13 @@ def form_factors(
     nothing = Given(Faces.concatenate([]), np.empty(0, int), 0)
     blocking = nothing if obstructions is None else _read(obstructions, "obstructions")
     faces = Faces.concatenate([given.faces, blocking.faces])
-    check_factors(len(given.faces) * (2 if two_sided else 1), len(faces), memory)
+    sides = 2 if two_sided else 1
+    check_factors(sides * max(given.count, len(given.faces)), len(faces), memory)
     patches = _exposed(faces, given.faces)
     if two_sided:
         patches = patches.with_backs(np.ones(len(patches), bool))
-    check_factors(len(patches), len(faces), memory)
+    count = sides * given.count
+    check_factors(max(count, len(patches)), len(faces), memory)
     live = np.concatenate([~patches.covered, patches.behind[patches.back_of >= 0, 1] < 0])
     if not live.any():
         raise ValueError(
@@ -101,7 +103,6 @@ def form_factors(
     raw = assemble(patches, visibility, live, accuracy, seed, progress)
     raw = FormFactors(raw.exchange, np.where(live, raw.area, 0.0), raw.error, raw.openness)
     owner = given.owner[patches.face] + np.where(patches.front, 0, given.count)
-    count = given.count * (2 if two_sided else 1)
     if len(owner) != count or not np.array_equal(owner, np.arange(count)):
         raw = raw.grouped(owner, count)
     return repaired(raw) if repair else raw

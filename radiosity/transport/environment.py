@@ -15,6 +15,7 @@ AT_ONCE = 1 << 17  # rays that a scene of few rows gets at least, so that small 
 CHUNK = 1 << 15
 PLACE = 1 << 41  # tells its patterns from those of rays between pairs
 OUTSIDE, ROW, SURFACE = 0, 1, 2
+BLUR = 5e-7  # of places where rays end, in ray coordinates
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -87,8 +88,8 @@ def measure_openness(
 class _Ends:
     """Tells where rays end: OUTSIDE, on a ROW, or on a SURFACE without a row.
 
-    Where a row and another face coincide, a copy of it among the obstructions say, a ray meets
-    either; such faces stand for the row.
+    Where a row and another face coincide and look the same way, a copy of it among the
+    obstructions say, a ray meets either; such faces stand for the row.
     """
 
     def __init__(self, patches, visibility, live):
@@ -101,18 +102,22 @@ class _Ends:
     def of(self, start, direction):
         """Return (k,) the kind of surface that each ray meets first."""
         face, far = self._visibility.first_hits(start, direction)
-        kind = self._kind(face, direction)
+        cosine = self._cosine(face, direction)
+        kind = np.where(face < 0, OUTSIDE, np.where(self._rows(face, cosine), ROW, SURFACE))
         if self._rows_only is not None:
             again = np.flatnonzero(kind == SURFACE)
-            face, row_far = self._rows_only(start[again], direction[again])
-            same = (face >= 0) & (np.abs(row_far - far[again]) <= LIFT)
-            kind[again[same]] = self._kind(face[same], direction[again[same]])
+            row, row_far = self._rows_only(start[again], direction[again])
+            other = self._cosine(row, direction[again])
+            apart = np.abs((row_far - far[again]) * other)
+            same = (row >= 0) & (other * cosine[again] > 0) & self._rows(row, other)
+            kind[again[same & (apart <= self._visibility.touch + BLUR)]] = ROW
         return kind
 
-    def _kind(self, face, direction):
-        front = np.einsum("kc,kc->k", direction, self._visibility.face_normal[face]) < 0
-        row = self._is_row[face, front.astype(int)]
-        return np.where(face < 0, OUTSIDE, np.where(row, ROW, SURFACE))
+    def _cosine(self, face, direction):
+        return np.einsum("kc,kc->k", direction, self._visibility.face_normal[face])
+
+    def _rows(self, face, cosine):
+        return self._is_row[face, (cosine < 0).astype(int)]
 
 
 def _trace(met, rows, samples, patches, visibility, ends, seed):

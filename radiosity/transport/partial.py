@@ -12,6 +12,7 @@ from heapq import heappop, heappush
 import numpy as np
 from numba import njit
 
+from radiosity.transport.blockers import AWAY, between
 from radiosity.transport.exchange import sum_of_squares
 from radiosity.transport.polygon import TINY, bilinear, point_factor
 from radiosity.transport.shadow import visible_factor
@@ -19,7 +20,7 @@ from radiosity.transport.shadow import visible_factor
 MOST_CELLS = 1 << 13  # of one pair, after which its error is reported as it is
 FAILED = -1.0
 SHARE, SEEN, HIDDEN_PART = 0, 1, 2
-ROUGH = 10.0
+ROUGH = 0.1  # of the tolerance, what errors of the unoccluded exchange may add
 CERTAIN = 3.0  # standard deviations
 LEAK = 1e3  # a share of so many grains is what rounding leaves of a hidden polygon
 
@@ -32,6 +33,7 @@ INNER = np.array([[0.5 - _G, 0.5 - _G, 0.25], [0.5 - _G, 0.5 + _G, 0.25],
 OUTER = np.array([[0.5 - _C, 0.5 - _C, _W], [0.5 - _C, 0.5 + _C, _W], [0.5 + _C, 0.5 - _C, _W],
                   [0.5 + _C, 0.5 + _C, _W], [0.5, 0.5, 1.0 - 4.0 * _W]])  # fmt: skip
 BEND = 0.1  # of what middle and corners differ by, rules that agree by chance may still be wrong
+GRAZE = 0.1  # of a cell in which a shadow could lie between the points of both rules
 TILT = 0.6  # weight of the first in their mean, in which errors of the fourth degree cancel
 
 
@@ -109,8 +111,27 @@ def _measured(polygon, part, normal, target, measure, shadows, quad, out):
     if not good or not _cell(quad, box, OUTER, normal, target, shadows, out):
         return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     apart = max(BEND * out[2], _difference(measure, inner, of_inner, out[0], out[1]))
+    if inner == of_inner and out[0] == out[1] and _could_be_hidden(quad, box, target, shadows):
+        apart = max(apart, GRAZE * side * side * out[1])
     seen, whole = TILT * inner + (1.0 - TILT) * out[0], TILT * of_inner + (1.0 - TILT) * out[1]
     return -apart, first, s, t, side, seen, whole
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _could_be_hidden(quad, box, target, shadows):
+    """Whether an active blocker may take away anything between a part of a polygon and another."""
+    blockers, active, grain, shade, x = shadows
+    corners = np.empty((4, 3))
+    for k in range(4):
+        s, t = box[1 if k in (1, 2) else 0], box[3 if k > 1 else 2]
+        bilinear(quad, s, t, x)
+        corners[k, 0], corners[k, 1], corners[k, 2] = x[0], x[1], x[2]
+    for m in range(len(active)):
+        b = active[m]
+        polygon = blockers.corners[b, : blockers.count[b]]
+        if between(polygon, blockers.normal[b], corners, target, 4.0 * grain) != AWAY:
+            return True
+    return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -177,15 +198,16 @@ def partial_exchange(geometry, i, j, count_p, count_q, whole, tolerance, shadows
     out, quad = room.found, room.quad
     turned = _nearer_to_first(geometry, i, j, shadows[0], shadows[1])
     one, normal, two = (q, o, p) if turned else (p, n, q)
-    if not _adaptive(one, normal, two, tolerance, SHARE, shadows, quad, out):
+    if not _adaptive(one, normal, two, (1.0 - ROUGH) * tolerance, SHARE, shadows, quad, out):
         return FAILED, 0.0
     if out[1] <= 0.0:
         return whole, whole
     share, doubt = out[0] / out[1], out[2] / out[1]
     if share <= LEAK * shadows[2]:
         return 0.0, whole * (share + doubt)
-    if abs(out[1] - whole) <= ROUGH * tolerance * whole or not 0.0 < share < 1.0:
-        return whole * share, whole * doubt
+    blur = abs(out[1] - whole) * min(share, 1.0 - share)
+    if blur <= ROUGH * tolerance * whole or not 0.0 < share < 1.0:
+        return whole * share, whole * doubt + max(0.0, blur)
     # too near for the rules: the part that is smaller must be right by itself
     measure = SEEN if share < 0.5 else HIDDEN_PART
     if not _adaptive(one, normal, two, tolerance, measure, shadows, quad, out):

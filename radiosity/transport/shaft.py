@@ -66,11 +66,13 @@ def _plane_about(a, b, n, q, plane):
     if not size > 0.0:
         return False
     mx, my, mz = mx / size, my / size, mz / size
-    out = up = 0.0  # of the corner seen furthest beyond the edge
+    out = up = 0.0  # of the corner seen furthest beyond the edge: of the largest angle
     for k in range(len(q)):
         x, y, z = q[k, 0] - a[0], q[k, 1] - a[1], q[k, 2] - a[2]
         side, height = mx * x + my * y + mz * z, max(0.0, n[0] * x + n[1] * y + n[2] * z)
-        if k == 0 or side * up > out * height:
+        nowhere = out == 0.0 and up == 0.0
+        flat = up == 0.0 and height == 0.0
+        if nowhere or side * up > out * height or (flat and side > out):
             out, up = side, height
     slope = math.sqrt(out * out + up * up)
     if not slope > 0.0:

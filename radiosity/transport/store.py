@@ -13,6 +13,8 @@ from radiosity.transport.operator import FormFactors, Openness
 
 VERSION = 1
 BLOCK = 256  # rows at a time
+# What reading a file that is no .npz, a broken, a packed or a locked one ends in.
+BROKEN = (BadZipFile, EOFError, ValueError, AttributeError, TypeError, RuntimeError, zlib.error)
 # Largest |A_i F_ij - A_j F_ji| over the largest A_i F_ij: above the rounding of F, below any error
 # that matters. View3D writes F with 6 decimals, so its two directions differ by up to 1e-6.
 RECIPROCITY, TEXT_RECIPROCITY = 1e-9, 1e-5
@@ -104,8 +106,9 @@ def count_rows(path: str | os.PathLike, format: str | None = None) -> int:
                 np.lib.format.read_magic(header)
                 return np.lib.format.read_array_header_1_0(header)[0][0]
         with open(path, encoding="ascii", errors="replace") as file:
-            return int(file.readline().split()[-1])
-    except (BadZipFile, KeyError, ValueError, IndexError, EOFError, zlib.error, OSError):
+            words = file.readline().split()
+            return int(words[5]) if words[:1] == ["View3D"] else 0
+    except (*BROKEN, LookupError, OSError):
         return 0
 
 
@@ -179,8 +182,7 @@ def _read_npz(path):
     try:
         with np.load(path, allow_pickle=False) as file:
             found = {key: file[key] for key in file.files}
-    except (BadZipFile, EOFError, ValueError, AttributeError, TypeError, NotImplementedError,
-            zlib.error) as error:  # fmt: skip
+    except BROKEN as error:
         raise ValueError(
             f"{path}: is no .npz of plain arrays ({error}); write it with save_factors"
         ) from None
@@ -210,7 +212,7 @@ def _rejecter(path) -> Callable[[str], None]:
 
 def _exact(reject, found, area):
     """Turn F into exchange areas, symmetric as the upper triangle, with their rounding undone."""
-    product = found["F"]
+    product = np.asarray(found["F"], np.float64)
     product *= _divisor(area)[:, None]
     _check_reciprocity(reject, product, RECIPROCITY)
     if "rounding" in found:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from radiosity.mesh.bodies import find_bodies, free_of
+from radiosity.mesh.contact import TOUCH
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.facets import merge_facets
 from radiosity.mesh.patches import Patches
@@ -29,6 +30,8 @@ class Visibility:
     grain : (f,) float64
         How far rounding, here or in the file, may have moved the vertices of a face, in ray
         coordinates; where a face is less even than most, how far they lie off its plane.
+    touch : float
+        Distance that counts as contact, in ray coordinates.
     face_normal : (f, 3) float32
     blockers : Blockers
         What can come between two points, as convex polygons in ray coordinates.
@@ -39,6 +42,7 @@ class Visibility:
         low, high = v.reshape(-1, 3).min(axis=0), v.reshape(-1, 3).max(axis=0)
         self.centre = (low + high) / 2
         self.scale = 2.0 ** np.floor(1.0 - np.log2((high - low).max()))
+        self.touch = TOUCH * np.linalg.norm(high - low) * self.scale
         self.face_normal = faces.normals().astype(np.float32)
         facets = merge_facets(faces)
         offset = np.abs([low, high]).max() * self.scale
