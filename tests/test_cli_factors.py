@@ -317,6 +317,14 @@ def test_a_mesh_files_factors_fit_where_every_face_is_lit(cube, tmp_path):
         assert "balanced within" in process.stdout and "emitted               12" in process.stdout
 
 
+def test_factors_that_make_light_are_refused():
+    scene = radiosity.load(BOX)
+    good = scene_factors(scene, 0.1, mesh="1").factors
+    tripled = FormFactors(3 * good.exchange, good.area, good.error, good.openness)
+    with pytest.raises(ValueError, match=r"do not fit the scene: row \d+ and .* sum to 3, not"):
+        radiosity.solve(scene, 0.1, mesh="1", factors=tripled)
+
+
 def test_view3ds_six_digits_are_closed_before_they_are_used(cube, tmp_path):
     scene = radiosity.load(BOX)
     factors = scene_factors(scene, 0.1, mesh="1").factors

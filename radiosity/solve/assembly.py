@@ -12,6 +12,7 @@ from radiosity.transport.factors import form_factors
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
 
+UNBALANCED = 0.5  # a defect that no accuracy leaves: the loosest is 0.5 of errors of any sign
 FITS = 1e-9  # relative difference of areas that rounding in another order explains
 
 
@@ -95,7 +96,7 @@ def fitted(factors: FormFactors, reach: Reach) -> FormFactors:
         The rows cannot be closed.
     """
     wanted = np.where(reach.live, reach.patches.area, 0.0)
-    problem = _misfit(factors.area, wanted, reach)
+    problem = _misfit(factors.area, wanted, reach) or _unbalanced(factors)
     if problem:
         raise ValueError(
             f"the form factors do not fit the scene: {problem}. Make them anew with the options "
@@ -106,6 +107,17 @@ def fitted(factors: FormFactors, reach: Reach) -> FormFactors:
     area = np.where(reach.live, factors.area, reach.patches.area)
     same = FormFactors(factors.exchange, area, factors.error, factors.openness, factors.raw_closure)
     return same if np.abs(same.closure).max(initial=0.0) <= BOUND else repaired(same)
+
+
+def _unbalanced(factors) -> str | None:
+    """Return which row sums to something far from 1, or None."""
+    k = int(np.argmax(np.abs(factors.closure))) if len(factors.area) else 0
+    if not len(factors.area) or abs(factors.closure[k]) <= UNBALANCED:
+        return None
+    return (
+        f"row {k} and what leaves it sum to {1.0 + factors.closure[k]:.6g}, not to 1 within "
+        f"{UNBALANCED:g}"
+    )
 
 
 def _misfit(area, wanted, reach) -> str | None:
