@@ -155,7 +155,7 @@ def _of_mesh(path, obstructions, two_sided, accuracy, quiet, rest) -> Found:
         remark(f"note: {note}", quiet)
     faces, given, names = geometry.faces, geometry.given, list(geometry.group_names)
     blocking = None if obstructions is None else read_geometry(obstructions, merge=False).given
-    rows = (2 if two_sided else 1) * max(given.count, len(faces))
+    rows = (2 if two_sided else 1) * given.size
     in_all = len(faces) + (0 if blocking is None else len(blocking.faces))
     memory = check_factors(rows, in_all, rest["memory"])
     from radiosity.solve.matrix import form_factors  # numba takes a second

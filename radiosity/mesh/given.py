@@ -27,6 +27,11 @@ class Given:
     owner: np.ndarray
     count: int
 
+    @property
+    def size(self) -> int:
+        """Return how many faces or pieces there are, whichever are more."""
+        return max(self.count, len(self.faces))
+
 
 def given_mesh(mesh, name: str = "mesh") -> Given:
     """Return the pieces of a mesh object or of arrays.

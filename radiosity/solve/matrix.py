@@ -87,7 +87,7 @@ def form_factors(
     blocking = nothing if obstructions is None else _read(obstructions, "obstructions")
     faces = Faces.concatenate([given.faces, blocking.faces])
     sides = 2 if two_sided else 1
-    check_factors(sides * max(given.count, len(given.faces)), len(faces), memory)
+    check_factors(sides * given.size, len(faces), memory)
     patches = _exposed(faces, given.faces)
     if two_sided:
         patches = patches.with_backs(np.ones(len(patches), bool))

@@ -16,7 +16,7 @@ from radiosity.transport.shaft import beside, box_beside
 LEAF = 4
 MOST = 32  # blockers in one shaft that are cut out exactly
 HIDDEN, TOO_MANY = -1, -2
-START = -1  # no node of the tree was visited
+NEXT, END, WAITING, NODES = 0, 1, 2, 3  # in a walk, see `_next_blocker`
 AWAY, BETWEEN, COVERS = 0, 1, 2
 DIRECTIONS, CHUNK = 64, 256
 
@@ -151,27 +151,43 @@ def between(corners, normal, p, q, slack):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _next_leaf(blockers, planes, slack, nodes, left):
-    """Return the first blocker of the next leaf that no plane keeps out, and how many nodes wait.
+def _next_blocker(blockers, planes, slack, walk):
+    """Return the next blocker that no plane keeps out, -1 after the last.
 
-    -1 after the last; begin with START nodes that wait.
+    ``walk`` (64,) holds how far the tree was walked: the next of a leaf and its end, how many nodes
+    wait, and these; WAITING = 0 of them before the first.
     """
-    if left == START:
-        nodes[0], left = 1, 1
-    while left > 0:
-        left -= 1
-        m = nodes[left]
+    while True:
+        while walk[NEXT] < walk[END]:
+            b = walk[NEXT]
+            walk[NEXT] += 1
+            if not beside(blockers.corners[b, : blockers.count[b]], planes, slack):
+                return b
+        if walk[WAITING] == 0:
+            return -1
+        walk[WAITING] -= 1
+        m = walk[NODES + walk[WAITING]]
         if box_beside(blockers.low[m], blockers.high[m], planes, slack):
             continue
         if m >= blockers.leaves:
-            return (m - blockers.leaves) * LEAF, left
-        nodes[left], nodes[left + 1] = 2 * m + 1, 2 * m
-        left += 2
-    return -1, 0
+            walk[NEXT] = (m - blockers.leaves) * LEAF
+            walk[END] = min(walk[NEXT] + LEAF, len(blockers.count))
+        else:
+            top = NODES + walk[WAITING]
+            walk[top], walk[top + 1] = 2 * m + 1, 2 * m
+            walk[WAITING] += 2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_blockers(blockers, free, p, box, planes, slack, beyond, nodes, found):
+def _first_blocker(blockers, planes, slack, walk):
+    """Return what `_next_blocker` returns first."""
+    walk[NEXT] = walk[END] = 0
+    walk[WAITING], walk[NODES] = 1, 1
+    return _next_blocker(blockers, planes, slack, walk)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_blockers(blockers, free, p, box, planes, slack, beyond, walk, found):
     """Write the blockers between a polygon and all that a box holds into found.
 
     Parameters
@@ -189,34 +205,29 @@ def find_blockers(blockers, free, p, box, planes, slack, beyond, nodes, found):
     beyond : float
         How far behind a blocker the box must lie to be hidden: above 0 for a box about many
         polygons, one of which may lie on the blocker and be seen.
-    nodes : (64,) int64, found : (k,) int64, space; more than k are TOO_MANY
+    walk : (64,) int64, found : (k,) int64, space; more than k are TOO_MANY
 
     Returns
     -------
     int
         How many, HIDDEN where one of them covers all, or TOO_MANY.
     """
-    count = 0
-    first, left = _next_leaf(blockers, planes, slack, nodes, START)
-    while first >= 0:
-        for b in range(first, min(first + LEAF, len(blockers.count))):
-            corners = blockers.corners[b, : blockers.count[b]]
-            if beside(corners, planes, slack):
-                continue
-            own = max(slack, 4.0 * blockers.grain[b])
-            if free[blockers.body[b]] and heights(p, corners[0], blockers.normal[b])[1] <= own:
-                continue
-            where = between(corners, blockers.normal[b], p, box, own)
-            if where == COVERS:
-                low, high = heights(box, corners[0], blockers.normal[b])
-                if max(low, -high) >= beyond:
-                    return HIDDEN
-            if where != AWAY:
-                if count == len(found):
-                    return TOO_MANY
-                found[count] = b
-                count += 1
-        first, left = _next_leaf(blockers, planes, slack, nodes, left)
+    count, b = 0, _first_blocker(blockers, planes, slack, walk)
+    while b >= 0:
+        corners, normal = blockers.corners[b, : blockers.count[b]], blockers.normal[b]
+        own, where = max(slack, 4.0 * blockers.grain[b]), AWAY
+        if not free[blockers.body[b]] or heights(p, corners[0], normal)[1] > own:
+            where = between(corners, normal, p, box, own)
+        if where == COVERS:
+            low, high = heights(box, corners[0], normal)
+            if max(low, -high) >= beyond:
+                return HIDDEN
+        if where != AWAY:
+            if count == len(found):
+                return TOO_MANY
+            found[count] = b
+            count += 1
+        b = _next_blocker(blockers, planes, slack, walk)
     return count
 
 
@@ -292,39 +303,35 @@ def keep_between(blockers, candidates, lines, sides, centre, normal, q, slack, f
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_near(blockers, geometry, i, j, planes, slack, reach, nodes, found):
+def find_near(blockers, geometry, i, j, planes, slack, reach, walk, found):
     """Write the blockers in a shaft that come within ``reach`` of polygon i or j into found.
 
     Returns how many; more than found holds are TOO_MANY.
     """
-    count = 0
-    first, left = _next_leaf(blockers, planes, slack, nodes, START)
-    while first >= 0:
-        for b in range(first, min(first + LEAF, len(blockers.count))):
-            corners = blockers.corners[b, : blockers.count[b]]
-            if not beside(corners, planes, slack) and (
-                _is_near(corners, geometry, i, reach) or _is_near(corners, geometry, j, reach)
-            ):
-                if count == len(found):
-                    return TOO_MANY
-                found[count] = b
-                count += 1
-        first, left = _next_leaf(blockers, planes, slack, nodes, left)
+    count, b = 0, _first_blocker(blockers, planes, slack, walk)
+    while b >= 0:
+        if _is_near(blockers, b, geometry, i, reach) or _is_near(blockers, b, geometry, j, reach):
+            if count == len(found):
+                return TOO_MANY
+            found[count] = b
+            count += 1
+        b = _next_blocker(blockers, planes, slack, walk)
     return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_near(corners, geometry, i, reach):
+def _is_near(blockers, b, geometry, i, reach):
     """Whether a blocker comes within ``reach`` of the plane of polygon i, in front of it."""
+    corners = blockers.corners[b, : blockers.count[b]]
     low, high = heights(corners, geometry.centroid[i], geometry.normal[i])
     return low <= reach and high > 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def anything_near(blockers, geometry, i, reach, planes, nodes):
+def anything_near(blockers, geometry, i, reach, planes, walk):
     """Whether a blocker comes within ``reach`` in front of polygon i, over the box about it.
 
-    ``planes`` (6, 4) and ``nodes`` (64,) are space.
+    ``planes`` (6, 4) and ``walk`` (64,) are space.
     """
     for c in range(3):
         for side in range(2):
@@ -332,14 +339,10 @@ def anything_near(blockers, geometry, i, reach, planes, nodes):
             plane[:] = 0.0
             plane[c] = sign
             plane[3] = sign * geometry.centroid[i, c] + geometry.radius[i] + reach
-    first, left = _next_leaf(blockers, planes, 0.0, nodes, START)
-    while first >= 0:
-        for b in range(first, min(first + LEAF, len(blockers.count))):
-            corners = blockers.corners[b, : blockers.count[b]]
-            if not beside(corners, planes, 0.0) and _is_near(corners, geometry, i, reach):
-                return True
-        first, left = _next_leaf(blockers, planes, 0.0, nodes, left)
-    return False
+    b = _first_blocker(blockers, planes, 0.0, walk)
+    while b >= 0 and not _is_near(blockers, b, geometry, i, reach):
+        b = _next_blocker(blockers, planes, 0.0, walk)
+    return b >= 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

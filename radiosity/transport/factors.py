@@ -74,7 +74,7 @@ Barriers.__doc__ = """What can hide pairs.
 free (n, bodies + 1) bool: see `Visibility.free_sides`; limit (n,): how many blockers are cut out
 exactly where rays would do, FEWER or MOST.
 """
-Spaces = namedtuple("Spaces", "room shade nodes run lines sides planes")
+Spaces = namedtuple("Spaces", "room shade walk run lines sides planes")
 Spaces.__doc__ = "Space for one thread: see `make_room`, `make_shade`, `find_blockers`."
 
 
@@ -166,9 +166,9 @@ def _trace_rest(exchange, error, patches, visibility, asked, seed, progress):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _limit_near(geometry, blockers, limit):
     """Write MOST for polygons that a blocker comes so near to that rays could start beyond it."""
-    nodes, planes = np.empty(64, np.int64), np.empty((6, 4))
+    walk, planes = np.empty(64, np.int64), np.empty((6, 4))
     for i in range(len(limit)):
-        if anything_near(blockers, geometry, i, NEAR, planes, nodes):
+        if anything_near(blockers, geometry, i, NEAR, planes, walk):
             limit[i] = MOST
 
 
@@ -274,10 +274,10 @@ def _block_run(
     """
     _box_about(geometry, start, count, needed, box)
     blockers, free = barriers.blockers, barriers.free[i]
-    p, planes, nodes, run = geometry.vertices[i], spaces.planes, spaces.nodes, spaces.run
+    p, planes, walk, run = geometry.vertices[i], spaces.planes, spaces.walk, spaces.run
     slack = 4.0 * geometry.grain[i]
     bounds = half_shaft_planes(geometry, i, box, slack, planes)
-    some = find_blockers(blockers, free, p, box, planes[:bounds], slack, slack, nodes, run)
+    some = find_blockers(blockers, free, p, box, planes[:bounds], slack, slack, walk, run)
     if some == HIDDEN:
         return True
     if some > 0:
@@ -291,7 +291,7 @@ def _block_run(
             bounds = shaft_planes(geometry, i, j, p, q, slack, planes)
             most = max(barriers.limit[i], barriers.limit[j]) if asked[1] >= COARSE else MOST
             counts[k] = find_blockers(
-                blockers, free, p, q, planes[:bounds], slack, -slack, nodes, found[k, :most]
+                blockers, free, p, q, planes[:bounds], slack, -slack, walk, found[k, :most]
             )
         else:
             counts[k] = keep_between(
@@ -322,7 +322,7 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
     planes = spaces.planes[:bounds]
     if many:
         count = find_near(
-            barriers.blockers, geometry, i, j, planes, slack, NEAR, spaces.nodes, found
+            barriers.blockers, geometry, i, j, planes, slack, NEAR, spaces.walk, found
         )
         if count <= 0:
             return value, RAYS

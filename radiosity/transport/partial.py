@@ -16,6 +16,7 @@ from radiosity.transport.blockers import AWAY, between
 from radiosity.transport.exchange import sum_of_squares
 from radiosity.transport.polygon import TINY, bilinear, point_factor
 from radiosity.transport.shadow import visible_factor
+from radiosity.transport.shaft import beside, edge_planes
 
 MOST_CELLS = 1 << 13  # of one pair, after which its error is reported as it is
 FAILED = -1.0
@@ -111,25 +112,30 @@ def _measured(polygon, part, normal, target, measure, shadows, quad, out):
     if not good or not _cell(quad, box, OUTER, normal, target, shadows, out):
         return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     apart = max(BEND * out[2], _difference(measure, inner, of_inner, out[0], out[1]))
-    if inner == of_inner and out[0] == out[1] and _could_be_hidden(quad, box, target, shadows):
+    if inner == of_inner and out[0] == out[1] and _could_be_hidden(
+        quad, box, normal, target, shadows
+    ):
         apart = max(apart, GRAZE * side * side * out[1])
     seen, whole = TILT * inner + (1.0 - TILT) * out[0], TILT * of_inner + (1.0 - TILT) * out[1]
     return -apart, first, s, t, side, seen, whole
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _could_be_hidden(quad, box, target, shadows):
+def _could_be_hidden(quad, box, normal, target, shadows):
     """Whether an active blocker may take away anything between a part of a polygon and another."""
     blockers, active, grain, shade, x = shadows
-    corners = np.empty((4, 3))
+    corners, planes, slack = np.empty((4, 3)), np.empty((4, 4)), 4.0 * grain
     for k in range(4):
         s, t = box[1 if k in (1, 2) else 0], box[3 if k > 1 else 2]
         bilinear(quad, s, t, x)
         corners[k, 0], corners[k, 1], corners[k, 2] = x[0], x[1], x[2]
+    bounds = planes[: edge_planes(corners, normal, target, slack, planes, 0)]
     for m in range(len(active)):
         b = active[m]
         polygon = blockers.corners[b, : blockers.count[b]]
-        if between(polygon, blockers.normal[b], corners, target, 4.0 * grain) != AWAY:
+        if beside(polygon, bounds, slack):
+            continue
+        if between(polygon, blockers.normal[b], corners, target, slack) != AWAY:
             return True
     return False
 

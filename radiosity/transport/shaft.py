@@ -18,15 +18,15 @@ def shaft_planes(geometry, i, j, p, q, slack, planes):
     planes : (2 + 2 m, 4)
         Gets (a, b, c, d): the shaft lies where a y0 + b y1 + c y2 <= d.
     """
-    count = _edge_planes(p, geometry.normal[i], q, slack, planes, 0)
-    count = _edge_planes(q, geometry.normal[j], p, slack, planes, count)
+    count = edge_planes(p, geometry.normal[i], q, slack, planes, 0)
+    count = edge_planes(q, geometry.normal[j], p, slack, planes, count)
     return _front(geometry, j, planes, _front(geometry, i, planes, count))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def half_shaft_planes(geometry, i, q, slack, planes):
     """Write the planes that bound the shaft of polygon i and any convex body q; return how many."""
-    count = _edge_planes(geometry.vertices[i], geometry.normal[i], q, slack, planes, 0)
+    count = edge_planes(geometry.vertices[i], geometry.normal[i], q, slack, planes, 0)
     return _front(geometry, i, planes, count)
 
 
@@ -41,8 +41,12 @@ def _front(geometry, i, planes, count):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _edge_planes(p, normal, q, slack, planes, count):
-    """Write the planes through edges of p that just touch q after ``count`` others."""
+def edge_planes(p, normal, q, slack, planes, count):
+    """Write the planes through edges of p that just touch q after ``count`` others.
+
+    ``p`` (m, 3) is a convex polygon, counter-clockwise about its normal, ``q`` any convex body.
+    Returns how many there are then.
+    """
     for e in range(len(p)):
         a, plane = p[e], planes[count, :3]
         if not _plane_about(a, p[(e + 1) % len(p)], normal, q, plane):
