@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 
 from radiosity.mesh.patches import Patches
+from radiosity.transport.borrow import borrowed
 from radiosity.transport.operator import Openness
 from radiosity.transport.polygon import first_half, place_evenly
 from radiosity.transport.sampling import cosine_direction, hashed, sobol
@@ -12,7 +13,7 @@ from radiosity.transport.visibility import LIFT, Visibility
 
 FEWEST, MOST = 64, 4096  # rays from a row
 AT_ONCE = 1 << 17  # rays that a scene of few rows gets at least, so that small holes are found
-CHUNK = 1 << 15
+CHUNK = 1 << 13
 PLACE = 1 << 41  # tells its patterns from those of rays between pairs
 OUTSIDE, ROW, SURFACE = 0, 1, 2
 BLUR = 5e-7  # of places where rays end, in ray coordinates
@@ -20,6 +21,7 @@ BLUR = 5e-7  # of places where rays end, in ray coordinates
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _aim(rows, vertices, area, normals, first, count, seed, centre, scale, lift, start, direction):
+    vertices, normals = borrowed((vertices, normals))
     x, d, middle = np.empty(3), np.empty(3), np.empty(3)
     for m in range(len(rows)):
         i = rows[m]

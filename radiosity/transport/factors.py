@@ -17,6 +17,7 @@ from radiosity.transport.blockers import (
     keep_between,
     prepare_lines,
 )
+from radiosity.transport.borrow import borrowed
 from radiosity.transport.environment import measure_openness
 from radiosity.transport.exchange import (
     CORNERS,
@@ -166,6 +167,7 @@ def _trace_rest(exchange, error, patches, visibility, asked, seed, progress):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _limit_near(geometry, blockers, limit):
     """Write MOST for polygons that a blocker comes so near to that rays could start beyond it."""
+    geometry, blockers = borrowed((geometry, blockers))
     walk, planes = np.empty(64, np.int64), np.empty((6, 4))
     for i in range(len(limit)):
         if anything_near(blockers, geometry, i, NEAR, planes, walk):
@@ -176,6 +178,9 @@ def _limit_near(geometry, blockers, limit):
 def _rows(first, stop, live, geometry, columns, barriers, asked, spaces, exchange, error):
     """Fill exchange[i, j] and error[i, j] for first <= i < stop and j > i."""
     n = len(live)
+    live, geometry, columns, barriers, spaces = borrowed(
+        (live, geometry, columns, barriers, spaces)
+    )
     table, product, box = np.empty((5, RUN)), np.zeros((LARGEST + 1, RUN)), np.empty((8, 3))
     needed, counts = np.empty(RUN, np.int64), np.zeros(RUN, np.int64)
     found = np.empty((RUN, MOST), np.int64)

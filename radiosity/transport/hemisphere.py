@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from radiosity.transport.borrow import borrowed
 from radiosity.transport.lookup import CUT, Table, cut_side, whole_side
 from radiosity.transport.sampling import cosine_direction, hashed, sobol
 from radiosity.transport.visibility import LIFT, Visibility
@@ -12,7 +13,7 @@ MISS = -1
 
 @njit(cache=True, nogil=True)
 def _aim(points, normals, keys, first, count, seed, centre, scale, lift, origins, directions):
-    d = np.empty(3)
+    d, normals = np.empty(3), borrowed(normals)
     for p in range(len(points)):
         for k in range(count):
             shift = hashed(keys[p], 0, seed)
@@ -27,7 +28,7 @@ def _aim(points, normals, keys, first, count, seed, centre, scale, lift, origins
 
 @njit(cache=True, nogil=True)
 def _sides(table, face, distance, origins, directions, centre, scale, sides):
-    x = np.empty(3)
+    x, table = np.empty(3), borrowed(table)
     for r in range(len(face)):
         sides[r] = MISS
         if face[r] >= 0:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from radiosity.transport.borrow import borrowed
 from radiosity.transport.hemisphere import look_out
 from radiosity.transport.lookup import Table, cell_at
 from radiosity.transport.occlusion import seen_share
@@ -55,6 +56,7 @@ class Surroundings:
 
 @njit(cache=True, nogil=True)
 def _collect(table, sides, hits, field, centre, scale, smooth, flat):
+    table, field = borrowed((table, field))
     bands = len(field.outside)
     count = sides.shape[1]
     fine = field.direct.shape[1] > 0
@@ -138,6 +140,7 @@ def carried(around: Surroundings, sides: np.ndarray, hits: np.ndarray) -> np.nda
 
 @njit(cache=True, nogil=True)
 def _point_factors(points, normals, polygons, factors):
+    points, normals, polygons = borrowed((points, normals, polygons))
     for p in range(len(points)):
         x, n = points[p], normals[p]
         for q in range(len(polygons)):

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from radiosity.mesh.patches import Patches
+from radiosity.transport.borrow import borrowed
 from radiosity.transport.polygon import bilinear
 from radiosity.transport.sampling import hashed, shifted, sobol_digits
 from radiosity.transport.threads import Progress, over_ranges, silent
@@ -19,6 +20,7 @@ OTHER = 1 << 40  # tells the pattern on a source from the one on its target
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _aim(pairs, p, np_, q, nq, keys, first, count, seed, centre, scale, lift, start, span, weight):
+    p, np_, q, nq = borrowed((p, np_, q, nq))
     x, y, digits = np.empty(3), np.empty(3), sobol_digits(first, count)
     for m in range(len(pairs)):
         i, j = pairs[m, 0], pairs[m, 1]

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor
 
 Progress = Callable[[str, int, int], None]
 
@@ -21,20 +21,38 @@ def over_ranges(
     """Call ``work(start, stop)`` for consecutive ranges of 0..count on all cores.
 
     ``work`` writes to its own part of an output and releases the interpreter lock where it can.
-    ``progress(stage, done, total)`` is called as ranges are finished.
+    ``progress(stage, done, total)`` is called as ranges are finished, by the caller's thread, which
+    does its share of the work.
     """
     starts = range(0, count, chunk)
-    done = 0
-    with ThreadPoolExecutor(core_count()) as pool:
-        jobs = [pool.submit(work, a, min(a + chunk, count)) for a in starts]
+    left, done = list(reversed(starts)), []
+
+    def take():
         try:
-            for job in as_completed(jobs):
-                job.result()
-                done += 1
-                progress(stage, done, len(starts))
+            return left.pop()
+        except IndexError:
+            return None
+
+    def labour(report):
+        try:
+            for a in iter(take, None):
+                work(a, min(a + chunk, count))
+                done.append(a)
+                report(stage, len(done), len(starts))
         except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
+            left.clear()
             raise
+
+    helpers = min(core_count(), len(starts)) - 1
+    if helpers < 1:
+        labour(progress)
+        return
+    with ThreadPoolExecutor(helpers) as pool:
+        others = [pool.submit(labour, silent) for _ in range(helpers)]
+        labour(progress)
+        for other in others:
+            other.result()
+    progress(stage, len(done), len(starts))
 
 
 def core_count() -> int:
