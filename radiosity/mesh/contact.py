@@ -5,9 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from radiosity.mesh.faces import Faces
+from radiosity.mesh.facets import Facets, merge_facets
 
 TOUCH = 1e-6  # distance that counts as contact, as a share of the scene's size
 CAUTION = 1e-3  # share of that distance by which sums in another order cannot differ
+WELDED = 0.5  # the same for facets, which their faces lie off by a tenth of it at most
 CHUNK = 1 << 16  # pairs of faces or boxes compared at once
 
 
@@ -46,7 +48,9 @@ class Contacts:
     faces: dict[int, FaceContact] = field(default_factory=dict)
 
 
-def find_contacts(faces: Faces, emits: np.ndarray, count: int | None = None) -> Contacts:
+def find_contacts(
+    faces: Faces, emits: np.ndarray, count: int | None = None, facets: Facets | None = None
+) -> Contacts:
     """Find every face that another one touches, crosses or covers.
 
     Parameters
@@ -56,6 +60,8 @@ def find_contacts(faces: Faces, emits: np.ndarray, count: int | None = None) -> 
         Of coplanar faces on the same side the emitter wins, then the one read first.
     count : int, optional
         Look for contacts of so many faces only, the first ones, with any.
+    facets : Facets, optional
+        Those of the faces, where they are known.
 
     Returns
     -------
@@ -65,11 +71,11 @@ def find_contacts(faces: Faces, emits: np.ndarray, count: int | None = None) -> 
         stand back to back (a lamp on a ceiling turned inside out), and both backs are hidden.
     """
     v = faces.vertices
-    low, high = v.min(axis=1), v.max(axis=1)
     touch = TOUCH * np.linalg.norm(np.ptp(v, axis=(0, 1))) if len(v) else 0.0
     normals = faces.normals()
     count = len(faces) if count is None else count
-    first, second = _candidates(v, normals, low, high, touch, count)
+    facets = merge_facets(faces) if facets is None else facets
+    first, second = _candidates(faces, facets, normals, touch, count)
     found = {}
     for f, others in _by_first(first, second):
         height = (v[others] - v[f, 0]) @ normals[f]
@@ -88,53 +94,86 @@ def _by_first(first, second):
     yield from zip(faces.tolist(), parts, strict=False)
 
 
-def _candidates(v, normals, low, high, touch, count):
-    """Return pairs of faces (f, g), f < count, such that g may leave a mark in f, few without."""
-    edge = np.roll(v, -1, axis=1) - v
-    inward = np.cross(normals[:, None], edge)
-    with np.errstate(invalid="ignore"):  # the repeated vertex of a triangle bounds nothing
-        inward /= np.linalg.norm(inward, axis=2, keepdims=True)
+def _candidates(faces, facets, normals, touch, count):
+    """Return pairs of faces (f, g), f < count, such that g may leave a mark in f, few without.
+
+    Only of facets that may: faces of one facet, or of two that meet at an edge, leave none.
+    """
+    v, of = faces.vertices, facets.facet
+    blur = 8.0 * np.finfo(float).eps * np.abs(v).max(initial=0.0)
+    if 2 * len(facets.count) > len(v) or blur > 0.1 * touch:
+        return _reaching(v, normals, touch, CAUTION, lambda f, g: f < count)
+    pairs = _reaching(facets.vertices, facets.normal, touch, WELDED)
+    code, m = np.sort(pairs[0] * len(of) + pairs[1]), len(of)
+    some = np.flatnonzero(np.isin(of, pairs))
+
+    def wanted(f, g):
+        f, g = some[f], some[g]
+        return (f < count) & np.isin(of[f] * m + of[g], code)
+
+    return some[_reaching(v[some], normals[some], touch, CAUTION, wanted)]
+
+
+def _reaching(v, normals, touch, caution, wanted=None):
+    """Return pairs of convex polygons (f, g), if wanted(f, g), such that g may reach inside f.
+
+    By their vertices alone where any pair is wanted. Coordinates are the first axis and polygons
+    the last one here, so that sums run over long arrays.
+    """
+    low, high = v.min(axis=1), v.max(axis=1)
+    v, normals = (np.ascontiguousarray(x.T) for x in (v, normals))
+    inward = np.cross(normals[:, None], np.roll(v, -1, axis=1) - v, axis=0)
+    with np.errstate(invalid="ignore"):  # a repeated vertex bounds nothing
+        inward /= np.sqrt(_dot(inward, inward))
+    level = _dot(inward, v - v[:, :1])
+    near, far = (1 - caution) * touch, (1 + caution) * touch
     found = [np.empty((2, 0), int)]
-    for f, g in _near(low, high, touch):
-        keep = (f != g) & (f < count)
+    for f, g in _near(low, high, far):
+        keep = f != g
+        if wanted is not None:
+            keep &= wanted(f, g)
         f, g = f[keep], g[keep]
-        for points in (_vertices, _marks):
-            at, there = points(v, normals, f, g, touch)
-            keep = there.any(axis=1)
-            at, there, f, g = at[keep], there[keep], f[keep], g[keep]
-            keep = _reach_inside(at, there, v[f], inward[f], touch)
+        for points in (_vertices, _marks) if wanted else (_vertices,):
+            at, there = points(v[..., g], v[:, 0, f], normals[:, f], far)
+            keep = there.any(axis=0)
+            at, there, f, g = at[..., keep], there[..., keep], f[keep], g[keep]
+            keep = _reach_inside(at, there, inward[..., f], level[:, f], near)
             f, g = f[keep], g[keep]
         found.append(np.stack([f, g]))
     return np.concatenate(found, axis=1)
 
 
-def _vertices(v, normals, f, g, touch):
-    """Return the vertices (p, 4, 3) of faces g, there (p, 4) if g meets the plane of face f."""
-    height = np.einsum("pkx,px->pk", v[g] - v[f, :1], normals[f])
-    bound = (1 + CAUTION) * touch
-    meets = (height.min(axis=1, initial=np.inf) <= bound) & (
-        height.max(axis=1, initial=-np.inf) >= -bound
-    )
-    return v[g], np.broadcast_to(meets[:, None], height.shape)
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def _marks(v, normals, f, g, touch):
-    """Return where faces g meet the planes of faces f (p, 8, 3), there or not (p, 8)."""
-    height = np.einsum("pkx,px->pk", v[g] - v[f, :1], normals[f])
-    after = np.roll(height, -1, axis=1)
+def _vertices(v, origin, normal, bound):
+    """Return vertices v (3, k, p) seen from origins, there (k, p) if they reach their planes."""
+    v = v - origin[:, None]
+    height = _dot(v, normal[:, None])
+    meets = (height.min(axis=0) <= bound) & (height.max(axis=0) >= -bound)
+    return v, np.broadcast_to(meets, height.shape)
+
+
+def _marks(v, origin, normal, bound):
+    """Return where polygons meet planes (3, 2 k, p) seen from origins, there or not (2 k, p)."""
+    v = v - origin[:, None]
+    height = _dot(v, normal[:, None])
+    after = np.roll(height, -1, axis=0)
     across = height * after < 0
     share = np.divide(height, height - after, out=np.zeros_like(height), where=across)
-    crossing = v[g] + share[..., None] * (np.roll(v[g], -1, axis=1) - v[g])
-    on = np.abs(height) <= (1 + CAUTION) * touch
-    return np.concatenate([v[g], crossing], axis=1), np.concatenate([on, across], axis=1)
+    crossing = v + share * (np.roll(v, -1, axis=1) - v)
+    on = np.abs(height) <= bound
+    return np.concatenate([v, crossing], axis=1), np.concatenate([on, across])
 
 
-def _reach_inside(points, there, polygon, inward, touch):
+def _reach_inside(points, there, inward, level, bound):
     """Return (p,) bool: which polygons have no side that all points there are at or beyond."""
-    side = np.einsum("pkx,pkx->pk", polygon - polygon[:, :1], inward)
-    depth = np.einsum("pkx,pix->pki", inward, points - polygon[:, :1]) - side[..., None]
-    depth = np.where(there[:, None], depth, -np.inf).max(axis=2)
-    return ~np.any(depth <= (1 - CAUTION) * touch, axis=1)
+    inside = np.ones(len(there.T), bool)
+    for side, start in zip(inward.swapaxes(0, 1), level, strict=True):
+        depth = np.where(there, _dot(side[:, None], points) - start, -np.inf).max(axis=0)
+        inside &= ~(depth <= bound)
+    return inside
 
 
 def _near(low, high, touch):

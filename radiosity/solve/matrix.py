@@ -6,6 +6,7 @@ import numpy as np
 
 from radiosity.mesh.contact import find_contacts
 from radiosity.mesh.faces import Faces
+from radiosity.mesh.facets import Facets, merge_facets
 from radiosity.mesh.given import Given, given_mesh
 from radiosity.mesh.patches import make_patches
 from radiosity.scene.files import read_geometry
@@ -88,7 +89,8 @@ def form_factors(
     faces = Faces.concatenate([given.faces, blocking.faces])
     sides = 2 if two_sided else 1
     check_factors(sides * given.size, len(faces), memory)
-    patches = _exposed(faces, given.faces)
+    facets = merge_facets(faces)
+    patches = _exposed(faces, given.faces, facets)
     if two_sided:
         patches = patches.with_backs(np.ones(len(patches), bool))
     count = sides * given.count
@@ -99,7 +101,7 @@ def form_factors(
             f"all {len(live)} rows are covered by faces that look at them in contact, and see "
             "nothing: turn round or leave out what lies on the mesh"
         )
-    visibility = Visibility(faces)
+    visibility = Visibility(faces, facets)
     raw = assemble(patches, visibility, live, accuracy, seed, progress)
     raw = FormFactors(raw.exchange, np.where(live, raw.area, 0.0), raw.error, raw.openness)
     owner = given.owner[patches.face] + np.where(patches.front, 0, given.count)
@@ -115,8 +117,8 @@ def _read(mesh, name) -> Given:
     return given_mesh(mesh, name)
 
 
-def _exposed(faces: Faces, rows: Faces):
+def _exposed(faces: Faces, rows: Faces, facets: Facets):
     """Return a patch for every piece of the rows that contact with any face cuts them into."""
-    contacts = find_contacts(faces, np.zeros(len(faces), bool), len(rows))
+    contacts = find_contacts(faces, np.zeros(len(faces), bool), len(rows), facets)
     shape = np.where(rows.is_triangle[:, None], [1, 0], [1, 1])
     return make_patches(rows, shape, contacts)

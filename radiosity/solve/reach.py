@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radiosity.mesh.contact import find_contacts
+from radiosity.mesh.facets import merge_facets
 from radiosity.mesh.patches import Patches, make_patches
 from radiosity.scene.model import Scene
 from radiosity.solve.system import area_lights
@@ -36,8 +37,10 @@ class Reach:
 def find_reach(scene: Scene, shape: np.ndarray, seed: int) -> Reach:
     """Divide the faces into ``shape`` cells and follow the light from its sources."""
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
-    cells = make_patches(scene.faces, shape, find_contacts(scene.faces, emits))
-    visibility = Visibility(scene.faces)
+    facets = merge_facets(scene.faces)
+    contacts = find_contacts(scene.faces, emits, facets=facets)
+    cells = make_patches(scene.faces, shape, contacts)
+    visibility = Visibility(scene.faces, facets)
     table = make_table(scene.faces, cells)
     sources = np.zeros((cells.fronts, 2), bool)
     sources[:, 0] = emits[cells.face]

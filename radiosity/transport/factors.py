@@ -56,6 +56,7 @@ from radiosity.transport.visibility import LIFT, Visibility
 ROWS = 16
 DOUBT = 0.2  # of the accuracy: rows that miss more of 1 than they explain get more openness rays
 ENTRIES = 1 << 22  # of the matrix whose pairs are traced at a time
+TILE = 64
 UNSEEN = -1
 RAYS = -1.0  # marks in the errors what is left to rays
 # Shares of the asked accuracy: of the unoccluded exchange, of what blockers leave of it, and of an
@@ -130,13 +131,11 @@ def form_factors(
             make_room(), make_shade(), np.empty(64, np.int64), np.empty(MOST, np.int64),
             np.empty((MOST, 8, 4, 4)), np.empty(MOST), np.empty((2 + 2 * CORNERS, 4)),
         )
-        _rows(a, b, live, geometry, columns, barriers, asked, spaces, exchange, error)
-        exchange[a:b] *= unit
-        error[a:b] *= unit
+        _rows(a, b, live, geometry, columns, barriers, asked, spaces, unit, exchange, error)
 
     over_ranges(pairs, n, ROWS, "form factors", progress)
     _trace_rest(exchange, error, patches, visibility, asked, seed, progress)
-    over_ranges(lambda a, b: _mirror(a, b, exchange, error), n, 256)
+    over_ranges(lambda a, b: _mirror(a, b, exchange, error), n, TILE)
     found = FormFactors(exchange, patches.area, error)
     doubtful = np.abs(1.0 - found.row_sums()) > found.row_errors() + DOUBT * accuracy
     openness = measure_openness(patches, visibility, live, accuracy, seed, doubtful)
@@ -175,8 +174,8 @@ def _limit_near(geometry, blockers, limit):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _rows(first, stop, live, geometry, columns, barriers, asked, spaces, exchange, error):
-    """Fill exchange[i, j] and error[i, j] for first <= i < stop and j > i."""
+def _rows(first, stop, live, geometry, columns, barriers, asked, spaces, unit, exchange, error):
+    """Fill exchange[i, j] and error[i, j], in ``unit``, for first <= i < stop and j > i."""
     n = len(live)
     live, geometry, columns, barriers, spaces = borrowed(
         (live, geometry, columns, barriers, spaces)
@@ -215,7 +214,7 @@ def _rows(first, stop, live, geometry, columns, barriers, asked, spaces, exchang
                     value, doubt = _past_blockers(
                         geometry, i, j, value, doubt, barriers, found[k], counts[k], asked, spaces
                     )
-                exchange[i, j], error[i, j] = value, doubt
+                exchange[i, j], error[i, j] = unit * value, unit * doubt
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -351,7 +350,9 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _mirror(first, stop, exchange, error):
-    for i in range(first, stop):
-        for j in range(i):
-            exchange[i, j] = exchange[j, i]
-            error[i, j] = error[j, i]
+    """Write rows below the diagonal, by tiles that the cache holds."""
+    for start in range(0, stop, TILE):
+        for i in range(first, stop):
+            for j in range(start, min(start + TILE, i)):
+                exchange[i, j] = exchange[j, i]
+                error[i, j] = error[j, i]

@@ -13,7 +13,7 @@ from numba import njit
 
 from radiosity.transport.exchange import FIRST, Geometry
 
-RUN = 64
+RUN = 128
 LOW_I, HIGH_I, LOW_J, HIGH_J, SQUARE = range(5)
 
 Columns = namedtuple("Columns", "vertices normal centroid points weights")

@@ -5,7 +5,7 @@ import numpy as np
 from radiosity.mesh.bodies import find_bodies, free_of
 from radiosity.mesh.contact import TOUCH
 from radiosity.mesh.faces import Faces
-from radiosity.mesh.facets import merge_facets
+from radiosity.mesh.facets import Facets, merge_facets
 from radiosity.mesh.patches import Patches
 from radiosity.transport.blockers import make_blockers
 
@@ -21,6 +21,8 @@ class Visibility:
     ----------
     faces : Faces
         Every triangle of every face blocks from both sides.
+    facets : Facets, optional
+        Those of the faces, where they are known.
 
     Attributes
     ----------
@@ -37,14 +39,14 @@ class Visibility:
         What can come between two points, as convex polygons in ray coordinates.
     """
 
-    def __init__(self, faces: Faces):
+    def __init__(self, faces: Faces, facets: Facets | None = None):
         v = faces.vertices
         low, high = v.reshape(-1, 3).min(axis=0), v.reshape(-1, 3).max(axis=0)
         self.centre = (low + high) / 2
         self.scale = 2.0 ** np.floor(1.0 - np.log2((high - low).max()))
         self.touch = TOUCH * np.linalg.norm(high - low) * self.scale
         self.face_normal = faces.normals().astype(np.float32)
-        facets = merge_facets(faces)
+        facets = merge_facets(faces) if facets is None else facets
         offset = np.abs([low, high]).max() * self.scale
         bent = facets.unevenness(faces) * self.scale
         rounding = max(4.0 * np.finfo(float).eps * (1.0 + offset), 4.0 * np.median(bent))
