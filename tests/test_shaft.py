@@ -5,8 +5,10 @@ import pytest
 from scenes_for_tests import SQUARE, box, faces_of, meshed, normal_of, ring, rotation
 from scipy.optimize import linprog
 
+import radiosity
 from radiosity.transport import factors
-from radiosity.transport.blockers import anything_near, drop_beside, make_blockers
+from radiosity.transport.blockers import APART, FLAT, PARTLY, drop_beside, make_blockers, nearest
+from radiosity.transport.closure import repaired
 from radiosity.transport.exchange import make_geometry
 from radiosity.transport.factors import NEAR, form_factors
 from radiosity.transport.shaft import beside, box_beside, half_shaft_planes, shaft_planes
@@ -105,24 +107,29 @@ def test_boxes_are_beside_where_all_that_they_hold_is():
 # ------------------------------------------------------------------------------- near or not
 
 
-@pytest.mark.parametrize(("height", "near"), [(0.5, True), (2.0, False), (-1.0, False)])
-def test_only_what_comes_near_to_the_front_is_near(height, near):
+@pytest.mark.parametrize(
+    ("height", "rise", "near"),
+    [(0.5, 0.0, FLAT), (0.5, 20, FLAT), (0.5, 30, PARTLY), (0.5, 1 / NEAR, PARTLY), (2, 20, APART),
+     (-1, 0, APART)],
+)  # fmt: skip
+def test_only_what_comes_near_to_the_front_is_near(height, rise, near):
     """A sheet so many times NEAR above a floor, turned at random; and one far aside."""
     rng, up = np.random.default_rng(4), np.array([0, 0, 1.0])
     for _ in range(20):
         turn = rotation(rng)
         floor = (SQUARE @ turn.T)[None]
         geometry = make_geometry(floor, (turn @ up)[None], floor.mean(axis=1), np.ones(1), GRAIN)
-        sheet = (0.5 * SQUARE + [0.2, 0.3, height * NEAR]) @ turn.T
-        for shift, expected in ((0, near), (turn @ [3.0, 0, 0], False)):
+        sheet = 0.5 * SQUARE + [0.2, 0.3, height * NEAR]
+        sheet[2:, 2] += rise * NEAR
+        sheet = sheet @ turn.T
+        for shift, expected in ((0, near), (turn @ [3.0, 0, 0], APART)):
             corners = (sheet + shift)[[0, 1, 2, 3, 3, 3, 3, 3]][None]
             hull = np.concatenate([corners, corners - turn @ up, corners + turn @ up])
-            blockers = make_blockers(
-                hull, np.full(3, 4), np.tile(turn @ up, (3, 1)), np.full(3, 3), GRAIN
-            )
+            normals = np.tile(normal_of(corners[0, :4]), (3, 1))
+            blockers = make_blockers(hull, np.full(3, 4), normals, np.full(3, 3), GRAIN)
             assert len(blockers.count) == 1
             planes, walk = np.empty((6, 4)), np.empty(64, np.int64)
-            assert anything_near(blockers, geometry, 0, NEAR, planes, walk) == expected
+            assert nearest(blockers, geometry, 0, NEAR, planes, walk) == expected
 
 
 def cluttered(rng, count):
@@ -168,16 +175,51 @@ def test_no_clutter_lets_light_through_a_wall(gap):
     assert np.all(found.row_sums()[room] > 0.3)
 
 
-def test_rays_that_could_start_beyond_a_blocker_are_not_taken():
-    """Below a ceiling hang tiles that overlap, nearer than what rays are lifted by."""
+def tiled_ceiling(n):
+    """Return a room, n x n patches a wall, below whose ceiling hang tiles that overlap.
+
+    They are no rows and hang nearer than what rays are lifted by.
+    """
     rng = np.random.default_rng(6)
     tiles = [0.1 * SQUARE[::-1] * [1.02, 1.02, 1] + [0.1 * a, 0.1 * b, 1 - rng.uniform(4e-6, 6e-6)]
              for a in range(10) for b in range(10)]  # fmt: skip
     faces = faces_of(np.concatenate([box((-0.1, -0.1, 0), (1.1, 1.1, 1)), tiles]))
-    visibility, _, patches = meshed(faces, 4)
+    visibility, _, patches = meshed(faces, n)
     assert len(visibility.blockers.count) == 100
-    found = form_factors(patches, visibility, np.asarray(patches.face < 6), 0.1)
+    return form_factors(patches, visibility, np.asarray(patches.face < 6), 0.1), patches
+
+
+def test_rays_that_could_start_beyond_a_blocker_are_not_taken():
+    found, patches = tiled_ceiling(4)
     middle = np.abs(patches.centroid[:, :2] - 0.5).max(axis=1) < 0.3
     up, down = (np.flatnonzero((patches.face == f) & middle) for f in (1, 0))
     assert len(up) == len(down) == 4
     assert found.exchange[np.ix_(up, down)].max() < 1e-9
+    # nor does the repair give to others what the tiles absorb, which openness rays start beyond
+    closed, ceiling = repaired(found), patches.face == 1
+    assert found.openness.share[ceiling].max() == 0
+    lost = (1 - found.row_sums())[ceiling]
+    assert lost.min() > 0.3
+    assert np.abs(closed.openness.share[ceiling] - lost).max() < found.row_errors()[ceiling].max()
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_where_too_many_blockers_are_too_near_the_errors_say_so(n):
+    """The floor sees what the tiles leave of the ceiling, the ceiling mostly tiles."""
+    found, patches = tiled_ceiling(n)
+    up, down = (np.flatnonzero(patches.face == f) for f in (1, 0))
+    square, floor = (
+        np.array([[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1.0]]) * [1.002, 1.002, 1],
+        np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]) * 1.2 - [0.1, 0.1, 0],
+    )
+    corners = np.concatenate([square, floor, floor[::-1] + [0, 0, 1]])
+    exact = radiosity.form_factors((corners, np.arange(12).reshape(3, 4)[:2]), repair=False)
+    whole = radiosity.form_factors((corners, np.arange(12).reshape(3, 4)[1:]), repair=False)
+    seen = whole.exchange[0, 1] - exact.exchange[0, 1]
+    wrong = abs(found.exchange[np.ix_(up, down)].sum() - seen)
+    assert 0.01 < wrong < found.error[np.ix_(up, down)].sum()
+    covered = 1.002**2 / 1.44
+    absorbed = (found.openness.share * patches.area)[up].sum() / 1.44
+    assert abs(absorbed - covered) < (found.openness.error * patches.area)[up].sum() / 1.44 + (
+        found.row_errors()[up].max()
+    )

@@ -18,6 +18,9 @@ MOST = 32  # blockers in one shaft that are cut out exactly
 HIDDEN, TOO_MANY = -1, -2
 NEXT, END, WAITING, NODES = 0, 1, 2, 3  # in a walk, see `_next_blocker`
 AWAY, BETWEEN, COVERS = 0, 1, 2
+APART, PARTLY, FLAT = 0, 1, 2
+# What lies flat: least cosine, least height in reaches (lower is contact or rounding), and largest.
+PARALLEL, FLUSH, SHALLOW = 0.9, 0.025, 25.0
 DIRECTIONS, CHUNK = 64, 256
 
 Blockers = namedtuple("Blockers", "corners count normal body grain low high leaves")
@@ -303,14 +306,17 @@ def keep_between(blockers, candidates, lines, sides, centre, normal, q, slack, f
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_near(blockers, geometry, i, j, planes, slack, reach, walk, found):
-    """Write the blockers in a shaft that come within ``reach`` of polygon i or j into found.
+def find_near(blockers, geometry, i, j, planes, slack, reach, least, walk, found):
+    """Write the blockers in a shaft that are near to polygon i or j into found.
+
+    ``least`` is PARTLY or FLAT, see `nearest`.
 
     Returns how many; more than found holds are TOO_MANY.
     """
     count, b = 0, _first_blocker(blockers, planes, slack, walk)
     while b >= 0:
-        if _is_near(blockers, b, geometry, i, reach) or _is_near(blockers, b, geometry, j, reach):
+        one = _nearness(blockers, b, geometry, i, reach)
+        if max(one, _nearness(blockers, b, geometry, j, reach)) >= least:
             if count == len(found):
                 return TOO_MANY
             found[count] = b
@@ -320,18 +326,22 @@ def find_near(blockers, geometry, i, j, planes, slack, reach, walk, found):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_near(blockers, b, geometry, i, reach):
-    """Whether a blocker comes within ``reach`` of the plane of polygon i, in front of it."""
-    corners = blockers.corners[b, : blockers.count[b]]
-    low, high = heights(corners, geometry.centroid[i], geometry.normal[i])
-    return low <= reach and high > 0.0
+def _nearness(blockers, b, geometry, i, reach):
+    """Return how near one blocker comes to the front of polygon i, see `nearest`."""
+    corners, n, m = blockers.corners[b, : blockers.count[b]], geometry.normal[i], blockers.normal[b]
+    low, high = heights(corners, geometry.centroid[i], n)
+    if low > reach or high <= 0.0:
+        return APART
+    parallel = abs(n[0] * m[0] + n[1] * m[1] + n[2] * m[2]) > PARALLEL
+    return FLAT if parallel and FLUSH * reach < high <= SHALLOW * reach else PARTLY
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def anything_near(blockers, geometry, i, reach, planes, walk):
-    """Whether a blocker comes within ``reach`` in front of polygon i, over the box about it.
+def nearest(blockers, geometry, i, reach, planes, walk):
+    """Return how near blockers come to the front of polygon i, over the box about it.
 
-    ``planes`` (6, 4) and ``walk`` (64,) are space.
+    APART where none comes within ``reach`` of its plane, FLAT where one does of which so much lies
+    so near that it matters, PARTLY otherwise. ``planes`` (6, 4) and ``walk`` (64,) are space.
     """
     for c in range(3):
         for side in range(2):
@@ -339,10 +349,11 @@ def anything_near(blockers, geometry, i, reach, planes, walk):
             plane[:] = 0.0
             plane[c] = sign
             plane[3] = sign * geometry.centroid[i, c] + geometry.radius[i] + reach
-    b = _first_blocker(blockers, planes, 0.0, walk)
-    while b >= 0 and not _is_near(blockers, b, geometry, i, reach):
+    how, b = APART, _first_blocker(blockers, planes, 0.0, walk)
+    while b >= 0 and how != FLAT:
+        how = max(how, _nearness(blockers, b, geometry, i, reach))
         b = _next_blocker(blockers, planes, 0.0, walk)
-    return b >= 0
+    return how
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

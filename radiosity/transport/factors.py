@@ -7,14 +7,17 @@ from numba import njit
 
 from radiosity.mesh.patches import Patches
 from radiosity.transport.blockers import (
+    APART,
+    FLAT,
     HIDDEN,
     MOST,
+    PARTLY,
     TOO_MANY,
-    anything_near,
     drop_beside,
     find_blockers,
     find_near,
     keep_between,
+    nearest,
     prepare_lines,
 )
 from radiosity.transport.borrow import borrowed
@@ -35,8 +38,8 @@ from radiosity.transport.exchange import (
 )
 from radiosity.transport.exchange import MOST as LARGEST
 from radiosity.transport.occlusion import refined_shares
-from radiosity.transport.operator import FormFactors
-from radiosity.transport.partial import partial_exchange
+from radiosity.transport.operator import FormFactors, Openness
+from radiosity.transport.partial import FAILED, partial_exchange
 from radiosity.transport.screen import (
     HIGH_I,
     HIGH_J,
@@ -58,7 +61,9 @@ DOUBT = 0.2  # of the accuracy: rows that miss more of 1 than they explain get m
 ENTRIES = 1 << 22  # of the matrix whose pairs are traced at a time
 TILE = 64
 UNSEEN = -1
-RAYS = -1.0  # marks in the errors what is left to rays
+# Marks in the errors what is left to rays: RAYS, less the share that blockers hide which lie so
+# flat on either end that rays start beyond them.
+RAYS = -1.0
 # Shares of the asked accuracy: of the unoccluded exchange, of what blockers leave of it, and of an
 # entry too small to matter: 1 together.
 WHOLE, SHARE, SMALL = 1e-2, 0.75, 0.24
@@ -118,8 +123,8 @@ def form_factors(
     exchange, error = np.zeros((n, n)), np.zeros((n, n), np.float32)
     geometry = patch_geometry(patches, visibility)
     columns, blockers = make_columns(geometry), visibility.blockers
-    limit = np.full(n, FEWER)
-    _limit_near(geometry, blockers, limit)
+    limit, flat = np.full(n, FEWER), np.zeros(n, bool)
+    _look_near(geometry, blockers, limit, flat)
     barriers = Barriers(blockers, visibility.free_sides(patches), limit)
     whole = TIGHTEST if n <= FEW else float(np.clip(WHOLE * accuracy, TIGHTEST, LOOSEST))
     care = CARE if n <= FEW else 1.0
@@ -138,12 +143,14 @@ def form_factors(
     over_ranges(lambda a, b: _mirror(a, b, exchange, error), n, TILE)
     found = FormFactors(exchange, patches.area, error)
     doubtful = np.abs(1.0 - found.row_sums()) > found.row_errors() + DOUBT * accuracy
-    openness = measure_openness(patches, visibility, live, accuracy, seed, doubtful)
+    seen = measure_openness(patches, visibility, live, accuracy, seed, doubtful)
+    missed = np.where(flat, np.abs(1.0 - found.row_sums() - seen.share), 0.0)
+    openness = Openness(seen.share, np.maximum(seen.error, missed), seen.absorbed)
     return FormFactors(exchange, patches.area, error, openness)
 
 
 def _trace_rest(exchange, error, patches, visibility, asked, seed, progress):
-    """Fill in by rays the pairs whose error is RAYS, so many at a time that little is copied."""
+    """Fill in by rays the pairs whose error is a mark, so many at a time that little is copied."""
     n, total, before = len(error), np.count_nonzero(error < 0), 0
     rows = max(1, ENTRIES // max(1, n))
     for a in range(0, n if total else 0, rows):
@@ -151,26 +158,30 @@ def _trace_rest(exchange, error, patches, visibility, asked, seed, progress):
         if len(i) == 0:
             continue
         pairs, done = np.stack([a + i, j], axis=1), before
-        whole = exchange[a + i, j]
+        whole, hidden = exchange[a + i, j], RAYS - error[a + i, j].astype(float)
         smaller = np.minimum(patches.area[a + i], patches.area[j])
         tolerance = np.maximum(asked[1], asked[2] * smaller / whole)
         share, doubt = refined_shares(
             visibility, pairs, patches, tolerance, seed,
             lambda stage, k, _, done=done: progress(stage, done + k, total),
         )  # fmt: skip
-        exchange[a + i, j] = share * whole
-        error[a + i, j] = (doubt + asked[0]) * whole
+        less = 0.5 * np.minimum(share, hidden)  # none to twice of it
+        exchange[a + i, j] = (share - less) * whole
+        error[a + i, j] = (doubt + less + asked[0]) * whole
         before += len(pairs)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _limit_near(geometry, blockers, limit):
-    """Write MOST for polygons that a blocker comes so near to that rays could start beyond it."""
+def _look_near(geometry, blockers, limit, flat):
+    """Write MOST for polygons that a blocker comes so near to that rays could start beyond it.
+
+    And whether one lies so flat on it that rays surely do.
+    """
     geometry, blockers = borrowed((geometry, blockers))
     walk, planes = np.empty(64, np.int64), np.empty((6, 4))
     for i in range(len(limit)):
-        if anything_near(blockers, geometry, i, NEAR, planes, walk):
-            limit[i] = MOST
+        how = nearest(blockers, geometry, i, NEAR, planes, walk)
+        limit[i], flat[i] = limit[i] if how == APART else MOST, how == FLAT
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -214,7 +225,7 @@ def _rows(first, stop, live, geometry, columns, barriers, asked, spaces, unit, e
                     value, doubt = _past_blockers(
                         geometry, i, j, value, doubt, barriers, found[k], counts[k], asked, spaces
                     )
-                exchange[i, j], error[i, j] = unit * value, unit * doubt
+                exchange[i, j], error[i, j] = unit * value, doubt if doubt < 0.0 else unit * doubt
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -309,9 +320,9 @@ def _block_run(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, spaces):
-    """Return what blockers leave of an exchange, and its error; error RAYS where rays must tell.
+    """Return what blockers leave of an exchange, and its error; RAYS or below where rays must tell.
 
-    Where they are too many, those that rays could start beyond may still hide all.
+    Where blockers are too many, those that lie flat on either end may still hide all.
     """
     near = max(barriers.limit[i], barriers.limit[j]) == MOST
     many = count == TOO_MANY
@@ -326,9 +337,9 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
     planes = spaces.planes[:bounds]
     if many:
         count = find_near(
-            barriers.blockers, geometry, i, j, planes, slack, NEAR, spaces.walk, found
+            barriers.blockers, geometry, i, j, planes, slack, NEAR, PARTLY, spaces.walk, found
         )
-        if count <= 0:
+        if count == 0:
             return value, RAYS
     else:
         count = drop_beside(barriers.blockers, found, count, planes, slack)
@@ -337,14 +348,20 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
     tolerance = max(asked[1], asked[2] * min(geometry.area[i], geometry.area[j]) / value)
     if tolerance >= COARSE and count > FEWER and not near:
         return value, RAYS
-    for k in range(count):
-        grain = max(grain, barriers.blockers.grain[found[k]])
-    shadows = (barriers.blockers, found[:count], grain, spaces.shade, spaces.room.x)
-    seen, doubt = partial_exchange(
-        geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
-    )
-    if seen < 0.0 or (many and (seen > 0.0 or doubt > 0.0)):
-        return value, RAYS
+    seen, doubt = FAILED, 0.0
+    if count > 0:
+        for k in range(count):
+            grain = max(grain, barriers.blockers.grain[found[k]])
+        shadows = (barriers.blockers, found[:count], grain, spaces.shade, spaces.room.x)
+        seen, doubt = partial_exchange(
+            geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
+        )
+    if seen < 0.0 or (many and seen > 0.0):
+        flat = find_near(
+            barriers.blockers, geometry, i, j, planes, slack, NEAR, FLAT, spaces.walk, found
+        )
+        hidden = 1.0 if seen < 0.0 else min(1.0, max(0.0, 1.0 - (seen - doubt) / value))
+        return value, RAYS if flat == 0 else RAYS - hidden
     return seen, doubt + error if seen > 0.0 or doubt > 0.0 else 0.0  # hidden for certain
 
 
