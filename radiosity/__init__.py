@@ -28,15 +28,18 @@ _HOMES = {
     "Solution": "radiosity.solve.solution",
     "form_factors": "radiosity.solve.matrix",
     "load": "radiosity.scene.files",
+    "load_factors": "radiosity.transport.store",
     "plot": "radiosity.view.window",
     "render": "radiosity.view.gather",
     "save": "radiosity.view.export",
+    "save_factors": "radiosity.transport.store",
     "to_pyvista": "radiosity.view.polydata",
     "write": "radiosity.view.image",
 }
 __all__ = [
     "Camera", "Image", "Material", "NotConverged", "Refused", "Scene", "SceneError", "Solution",
-    "form_factors", "load", "plot", "render", "save", "solve", "to_pyvista", "write",
+    "form_factors", "load", "load_factors", "plot", "render", "save", "save_factors", "solve",
+    "to_pyvista", "write",
 ]  # fmt: skip
 
 

@@ -126,8 +126,8 @@ def fault_in_area(patch):
     """Rows divided by the mean area: wrong only where patches differ."""
     from radiosity.transport import factors
 
-    def averaged(exchange, area, *rest):
-        return FormFactors(exchange, 0 * area + area.mean(), *rest)
+    def averaged(exchange, area, *rest, **more):
+        return FormFactors(exchange, 0 * area + area.mean(), *rest, **more)
 
     patch(factors, "FormFactors", averaged)
 

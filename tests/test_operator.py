@@ -77,7 +77,8 @@ def test_row_errors_sum_magnitudes_per_area():
 
 
 def test_groups_are_sums_over_their_rows_and_columns():
-    factors, labels = random_factors(), np.array([1, 0, 0, 1, -1, 2, 2, 0, 1])
+    labels, places = np.array([1, 0, 0, 1, -1, 2, 2, 0, 1]), np.arange(27.0).reshape(9, 3)
+    factors = random_factors().replaced(centroid=places)
     grouped = factors.grouped(labels)
     for g in range(3):
         rows = labels == g
@@ -86,6 +87,8 @@ def test_groups_are_sums_over_their_rows_and_columns():
         assert grouped.environment[g] == pytest.approx(
             np.average(factors.environment[rows], weights=area), rel=ROUNDING
         )
+        middle = np.average(places[rows], axis=0, weights=area)
+        assert grouped.centroid[g] == pytest.approx(middle, rel=1e-13)
         for h in range(3):
             block = np.ix_(rows, labels == h)
             assert grouped.exchange[g, h] == pytest.approx(factors.exchange[block].sum(), rel=1e-13)

@@ -14,6 +14,7 @@ from radiosity.transport.threads import Progress, silent
 
 UNBALANCED = 0.5  # a defect that no accuracy leaves: the loosest is 0.5 of errors of any sign
 FITS = 1e-9  # relative difference of areas that rounding in another order explains
+NEAR = 1e-6  # of the scene's size, what centroids may differ by
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,7 @@ def scene_factors(
     check_memory(len(reach.patches), memory)
     raw = raw_factors(reach, plan.factors, seed, progress)
     f = repaired(raw) if repair else raw
-    lit = np.where(reach.live, f.area, 0.0)
-    return SceneFactors(FormFactors(f.exchange, lit, f.error, f.openness, f.raw_closure), reach)
+    return SceneFactors(f.replaced(area=np.where(reach.live, f.area, 0.0)), reach)
 
 
 def raw_factors(reach: Reach, accuracy: float, seed: int, progress: Progress) -> FormFactors:
@@ -96,7 +96,9 @@ def fitted(factors: FormFactors, reach: Reach) -> FormFactors:
         The rows cannot be closed.
     """
     wanted = np.where(reach.live, reach.patches.area, 0.0)
-    problem = _misfit(factors.area, wanted, reach) or _unbalanced(factors)
+    problem = (
+        _misfit(factors.area, wanted, reach) or _moved(factors, reach) or _unbalanced(factors)
+    )
     if problem:
         raise ValueError(
             f"the form factors do not fit the scene: {problem}. Make them anew with the options "
@@ -104,8 +106,7 @@ def fitted(factors: FormFactors, reach: Reach) -> FormFactors:
             "of a bare mesh fit under --mesh input where light reaches the front of every face "
             "and no back)"
         )
-    area = np.where(reach.live, factors.area, reach.patches.area)
-    same = FormFactors(factors.exchange, area, factors.error, factors.openness, factors.raw_closure)
+    same = factors.replaced(area=np.where(reach.live, factors.area, reach.patches.area))
     return same if np.abs(same.closure).max(initial=0.0) <= BOUND else repaired(same)
 
 
@@ -120,6 +121,24 @@ def _unbalanced(factors) -> str | None:
     )
 
 
+def _moved(factors, reach) -> str | None:
+    """Return which row lies elsewhere, or None; None too where the factors do not say."""
+    if factors.centroid is None:
+        return None
+    here, v = reach.patches.centroid, reach.patches.vertices
+    far = np.linalg.norm(factors.centroid - here, axis=1) > NEAR * np.ptp(v, axis=(0, 1)).max()
+    if not far.any():
+        return None
+    k = int(np.argmax(far))
+    there, now = (", ".join(f"{x:.6g}" for x in c[k]) for c in (factors.centroid, here))
+    return f"{_row(k, reach)}lies about ({there}) in them and about ({now}) in the scene"
+
+
+def _row(k, reach) -> str:
+    side = "front" if reach.patches.front[k] else "back"
+    return f"row {k}, the {side} of a cell of face {reach.patches.face[k]}, "
+
+
 def _misfit(area, wanted, reach) -> str | None:
     """Return which row differs first and how, or None."""
     n = min(len(area), len(wanted))
@@ -128,8 +147,7 @@ def _misfit(area, wanted, reach) -> str | None:
     if len(other) == 0:
         return None if len(area) == len(wanted) else f"they have {counts}"
     k = int(other[0])
-    where = f"row {k}, the {'front' if reach.patches.front[k] else 'back'} of a cell of face "
-    where += f"{reach.patches.face[k]}, "
+    where = _row(k, reach)
     counts = f" ({counts})" if len(area) != len(wanted) else ""
     if wanted[k] == 0:
         return f"{where}has area {area[k]:.12g} in them, but light does not reach it{counts}"

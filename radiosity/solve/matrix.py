@@ -103,7 +103,7 @@ def form_factors(
         )
     visibility = Visibility(faces, facets)
     raw = assemble(patches, visibility, live, accuracy, seed, progress)
-    raw = FormFactors(raw.exchange, np.where(live, raw.area, 0.0), raw.error, raw.openness)
+    raw = raw.replaced(area=np.where(live, raw.area, 0.0))
     owner = given.owner[patches.face] + np.where(patches.front, 0, given.count)
     if len(owner) != count or not np.array_equal(owner, np.arange(count)):
         raw = raw.grouped(owner, count)

@@ -85,7 +85,7 @@ def repaired(factors: FormFactors) -> FormFactors:
     some = np.where(before.share > 0, before.share, 1.0)
     absorbed = share * (before.absorbed / some)
     openness = Openness(share, factors.openness.error, absorbed)
-    return FormFactors(exchange, factors.area, factors.error, openness, raw)
+    return factors.replaced(exchange=exchange, openness=openness, raw_closure=raw)
 
 
 def _worst(defects):

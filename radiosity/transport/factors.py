@@ -141,12 +141,12 @@ def form_factors(
     over_ranges(pairs, n, ROWS, "form factors", progress)
     _trace_rest(exchange, error, patches, visibility, asked, seed, progress)
     over_ranges(lambda a, b: _mirror(a, b, exchange, error), n, TILE)
-    found = FormFactors(exchange, patches.area, error)
+    found = FormFactors(exchange, patches.area, error, centroid=patches.centroid)
     doubtful = np.abs(1.0 - found.row_sums()) > found.row_errors() + DOUBT * accuracy
     seen = measure_openness(patches, visibility, live, accuracy, seed, doubtful)
     missed = np.where(flat, np.abs(1.0 - found.row_sums() - seen.share), 0.0)
     openness = Openness(seen.share, np.maximum(seen.error, missed), seen.absorbed)
-    return FormFactors(exchange, patches.area, error, openness)
+    return found.replaced(openness=openness)
 
 
 def _trace_rest(exchange, error, patches, visibility, asked, seed, progress):

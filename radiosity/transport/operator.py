@@ -46,6 +46,8 @@ class FormFactors(LinearOperator):
         Factors to all that is no row; a closed scene where not given.
     raw_closure : (n,) float64, optional
         Defects of the rows before they were repaired; those found where not given.
+    centroid : (n, 3) float64, optional
+        Where the rows lie, in scene units; None where that is not known.
 
     Raises
     ------
@@ -60,6 +62,7 @@ class FormFactors(LinearOperator):
         error: np.ndarray | None = None,
         openness: Openness | None = None,
         raw_closure: np.ndarray | None = None,
+        centroid: np.ndarray | None = None,
     ):
         n = len(area)
         self.exchange = exchange
@@ -67,6 +70,7 @@ class FormFactors(LinearOperator):
         self.error = np.zeros((n, n), np.float32) if error is None else error
         self.openness = Openness.closed(n) if openness is None else openness
         self._raw_closure = raw_closure
+        self.centroid = centroid
         for name, array in (("exchange", self.exchange), ("error", self.error)):
             if array.shape != (n, n):
                 raise ValueError(
@@ -74,6 +78,14 @@ class FormFactors(LinearOperator):
                     f"for each of the {n} areas"
                 )
         super().__init__(np.float64, (n, n))
+
+    def replaced(self, **parts) -> "FormFactors":
+        """Return the same factors with other ``parts``, named as when they were made."""
+        same = {
+            "exchange": self.exchange, "area": self.area, "error": self.error,
+            "openness": self.openness, "raw_closure": self._raw_closure, "centroid": self.centroid,
+        }  # fmt: skip
+        return FormFactors(**same | parts)
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         return self._per_area(self.exchange @ x)
@@ -153,7 +165,7 @@ class FormFactors(LinearOperator):
         -------
         FormFactors
             Exchange areas, areas and errors summed (errors by magnitude, so never too small);
-            openness averaged by area. A group that sees itself has F_gg > 0.
+            openness and centroids averaged by area. A group that sees itself has F_gg > 0.
 
         Raises
         ------
@@ -171,7 +183,7 @@ class FormFactors(LinearOperator):
         mean = 1.0 / np.where(area > 0, area, 1.0)
 
         def averaged(x):
-            return members @ (self.area * x) * mean
+            return ((members @ (self.area * np.transpose(x)).T).T * mean).T
 
         return FormFactors(
             _pooled(self.exchange, members),
@@ -179,6 +191,7 @@ class FormFactors(LinearOperator):
             _pooled(self.error, members).astype(np.float32),
             Openness(*(averaged(x) for x in astuple(self.openness))),
             averaged(self.raw_closure),
+            None if self.centroid is None else averaged(self.centroid),
         )
 
 

@@ -12,6 +12,7 @@ from radiosity.transport.files import written_whole
 from radiosity.transport.operator import FormFactors, Openness
 
 VERSION = 1
+MADE_BY = "such files are made by radiosity formfactors MESH -o FILE"
 BLOCK = 256  # rows at a time
 # What reading a file that is no .npz, a broken, a packed or a locked one ends in.
 BROKEN = (BadZipFile, EOFError, ValueError, AttributeError, TypeError, RuntimeError, zlib.error)
@@ -30,7 +31,8 @@ def save_factors(factors: FormFactors, path: str | os.PathLike, format: str | No
 
     - ``npz``: numpy arrays ``F`` (n, n), ``area`` (n,) in m2, ``environment``,
       ``environment_error`` and ``absorbed`` (n,), ``error`` (n, n) float32 of A_i F_ij in m2,
-      ``closure_raw`` and ``closure`` (n,), ``reciprocity``, ``version``, and ``rounding`` (n, n)
+      ``closure_raw`` and ``closure`` (n,), ``reciprocity``, ``version``, ``centroid`` (n, 3) in
+      scene units where it is known, and ``rounding`` (n, n)
       int8: A_i F_ij minus its product in float64, in half units in the last place. Exchange areas,
       areas, environment and errors come back to the bit.
     - ``csv``: n rows of F with 17 digits, which name each float64. Written only: without areas
@@ -139,6 +141,7 @@ def _write_npz(factors, place):
             reciprocity=factors.reciprocity,
             rounding=_rounding(factors, matrix),
             version=VERSION,
+            **({} if factors.centroid is None else {"centroid": factors.centroid}),
         )
 
 
@@ -182,10 +185,8 @@ def _read_npz(path):
     try:
         with np.load(path, allow_pickle=False) as file:
             found = {key: file[key] for key in file.files}
-    except BROKEN as error:
-        raise ValueError(
-            f"{path}: is no .npz of plain arrays ({error}); write it with save_factors"
-        ) from None
+    except BROKEN:
+        raise ValueError(f"{path}: is broken or no .npz file of plain arrays; {MADE_BY}") from None
     reject = _rejecter(path)
     for key in ("version", *SHAPES):
         if key not in found:
@@ -200,12 +201,15 @@ def _read_npz(path):
     openness = Openness(share, found["environment_error"], found["absorbed"])
     error = np.asarray(found["error"], np.float32)
     _mirror(error)
-    return FormFactors(exchange, area, error, openness, found["closure_raw"])
+    centroid = found.get("centroid")
+    if centroid is not None:
+        _check_numbers(reject, "centroid", centroid, (area.size, 3), positive=False)
+    return FormFactors(exchange, area, error, openness, found["closure_raw"], centroid)
 
 
 def _rejecter(path) -> Callable[[str], None]:
     def reject(complaint):
-        raise ValueError(f"{path}: {complaint}; write the file anew with save_factors")
+        raise ValueError(f"{path}: {complaint}; {MADE_BY}")
 
     return reject
 
@@ -268,7 +272,7 @@ def _check_reciprocity(reject, product, bound):
 
 def _read_view3d(path):
     def reject(complaint):
-        raise ValueError(f"{path}: {complaint}; let View3D or save_factors write it anew")
+        raise ValueError(f"{path}: {complaint}; {MADE_BY}, or by View3D")
 
     (closed, emit, n), numbers = _view3d_numbers(path, reject)
     if emit:
