@@ -99,7 +99,7 @@ def test_rows_that_fail_to_close_beyond_their_errors_end_in_1(capsys):
     for sums, code in ((1.0 + 1e-4, 0), (1.05, 1)):
         factors = FormFactors(np.array([[0, sums], [sums, 0]]), area, error)
         found = formfactors.Found(factors, np.full(2, 3), np.zeros(2, int), ["all"], 0)
-        facts = formfactors._facts(found, 1e-3, True, False, 0.0)
+        facts = formfactors._facts(found, 1e-3, True, 0.0)
         assert facts["unexplained"] == pytest.approx(sums - 1)
         if code:
             with pytest.raises(typer.Exit) as end:
@@ -128,6 +128,11 @@ def test_groups_are_summed(cube, tmp_path):
     expected = [[0, OPPOSITE, 4 * ADJACENT], [OPPOSITE, 0, 4 * ADJACENT],
                 [ADJACENT, ADJACENT, 2 * ADJACENT + OPPOSITE]]  # fmt: skip
     assert factors.toarray() == pytest.approx(np.array(expected), rel=1e-9)
+    table = process.stdout.split("from, to")[1].splitlines()
+    assert table[0].split() == ["floor", "ceiling", "walls"]
+    shown = [line.split() for line in table[1:4]]
+    assert [row[0] for row in shown] == table[0].split()
+    assert np.array([row[1:] for row in shown], float) == pytest.approx(factors.toarray(), abs=1e-6)
 
 
 def test_other_formats_are_written(cube, tmp_path):
@@ -158,6 +163,7 @@ def test_backs_are_rows_where_asked(tmp_path):
     facts = json.loads(process.stdout)
     assert facts["rows"] == 2 and facts["environment_max"] == 1
     assert len(facts["groups"]) == 2 and facts["groups"][1].endswith("(back)")
+    assert facts["group_factors"] == [[0, 0], [0, 0]]
 
 
 def test_raw_factors_keep_their_defects(tmp_path):

@@ -118,6 +118,10 @@ def test_wrong_input_is_named():
         radiosity.form_factors(3.0)
     with pytest.raises(ValueError, match=r"accuracy = 2 must lie in"):
         radiosity.form_factors(mesh_of(OPPOSITE), 2.0)
+    with pytest.raises(ValueError, match=r"accuracy = 'fine' must be a number"):
+        radiosity.form_factors(mesh_of(OPPOSITE), "fine")
+    with pytest.raises(ValueError, match=r"seed = -1 must be a whole number from 0"):
+        radiosity.form_factors(mesh_of(OPPOSITE), seed=-1)
 
 
 def test_more_memory_than_allowed_is_refused_before_the_work():

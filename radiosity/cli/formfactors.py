@@ -11,7 +11,7 @@ from radiosity.cli.progress import progress_bars, remark
 from radiosity.cli.session import load_scene
 
 MESH, SCENE = 1e-3, 0.02  # default accuracies; that of a scene is the one that `solve` takes
-SHOWN = 8  # sealed rows and groups that the summary names
+SHOWN, NAME = 8, 12  # sealed rows and groups that the summary shows, letters of a group's name
 
 
 @dataclass(frozen=True)
@@ -108,9 +108,15 @@ def formfactors(
                 "--mesh": mesh, "--ambient": ambient})  # fmt: skip
             asked = MESH if accuracy is None else accuracy
             found = _of_mesh(source, obstructions, two_sided, asked, quiet, rest)
-    facts = _facts(found, asked, raw, by_group, time.perf_counter() - begun)
+    facts = _facts(found, asked, raw, time.perf_counter() - begun)
+    factors = found.factors
+    if by_group:
+        factors = factors.grouped(found.group, len(found.names))
+        facts |= {"groups": found.names, "group_factors": factors.toarray().tolist()}
     if output:
-        _save(found, by_group, output, kind)
+        from radiosity.transport.store import save_factors
+
+        save_factors(factors, output, kind)
     print(_as_json(facts, output) if as_json else summary(facts))
     if output:
         remark(f"saved {output}", quiet)
@@ -190,7 +196,7 @@ def _of_scene(scene, accuracy, mesh, rest) -> Found:
     return Found(found.factors, corners, group, names, memory)
 
 
-def _facts(found, asked, raw, by_group, seconds) -> dict:
+def _facts(found, asked, raw, seconds) -> dict:
     """Return what is to be said of the factors, as plain values for JSON."""
     import numpy as np
 
@@ -202,6 +208,7 @@ def _facts(found, asked, raw, by_group, seconds) -> dict:
         "quadrilaterals": int(np.count_nonzero(found.corners == 4)),
         "closed": f.is_closed,
         "environment_max": float(f.environment.max(initial=0.0)),
+        "openness_error": float(f.openness.error.max(initial=0.0)),
         "absorbed_max": float(np.max(f.openness.absorbed, initial=0.0)),
         "sealed": f.sealed.tolist(),
         "closure_raw_max": float(np.abs(before).max(initial=0.0)),
@@ -214,7 +221,8 @@ def _facts(found, asked, raw, by_group, seconds) -> dict:
         "accuracy": asked,
         "seconds": seconds,
         "memory_bytes": found.memory,
-        "groups": found.names if by_group else None,
+        "groups": None,
+        "group_factors": None,
     }
 
 
@@ -226,15 +234,6 @@ def _unexplained(f):
     import numpy as np
 
     return np.abs(f.raw_closure) - 3.0 * f.openness.error
-
-
-def _save(found, by_group, output, kind):
-    from radiosity.transport.store import save_factors
-
-    factors = found.factors
-    if by_group:
-        factors = factors.grouped(found.group, len(found.names))
-    save_factors(factors, output, kind)
 
 
 def _as_json(facts, output) -> str:
@@ -261,7 +260,17 @@ def summary(facts: dict) -> str:
     ]
     if facts["groups"] is not None:
         lines.insert(1, f"groups        {_some(facts['groups'])}")
+        lines += ["", *_table(facts["groups"], facts["group_factors"])]
     return "\n".join(lines)
+
+
+def _table(names, factors) -> list[str]:
+    """Return a line for each of the first groups: its factors to these."""
+    names = [name[:NAME] for name in names[:SHOWN]]
+    lines = [f"{'from, to':{NAME}}" + "".join(f"{name:>{NAME + 1}}" for name in names)]
+    for name, row in zip(names, factors, strict=False):
+        lines.append(f"{name:{NAME}}" + "".join(f"{x:{NAME + 1}.6f}" for x in row[:SHOWN]))
+    return lines if len(factors) <= SHOWN else [*lines, f"first {SHOWN} of {len(factors)}"]
 
 
 def _openness(facts) -> str:
@@ -270,6 +279,8 @@ def _openness(facts) -> str:
         text = f"open: up to {facts['environment_max']:.4g} of a row's light leaves"
     if facts["absorbed_max"]:
         text += f"; up to {facts['absorbed_max']:.4g} meets surfaces that are no rows"
+    if facts["openness_error"]:
+        text += f"; these with errors up to {facts['openness_error']:.1e}"
     return text
 
 

@@ -1,6 +1,7 @@
 """The form factors of any mesh: from what users hold to a `FormFactors`."""
 
 import os
+from numbers import Integral, Real
 
 import numpy as np
 
@@ -79,8 +80,12 @@ def form_factors(
     >>> F.shape, bool(abs(F.row_sums() - 1).max() < 1e-12)
     ((12, 12), True)
     """
+    if not isinstance(accuracy, Real):
+        raise ValueError(f"accuracy = {accuracy!r} must be a number, such as 0.001")
     if not TIGHTEST <= accuracy <= LOOSEST:
         raise ValueError(f"accuracy = {accuracy:g} must lie in [{TIGHTEST:g}, {LOOSEST:g}]")
+    if not (isinstance(seed, Integral) and 0 <= seed < 2**32):
+        raise ValueError(f"seed = {seed!r} must be a whole number from 0 to {2**32 - 1}")
     given = _read(mesh, "mesh")
     if len(given.faces) == 0:
         raise ValueError(f"none of the {given.count} faces of the mesh has an area: nothing to see")

@@ -66,9 +66,9 @@ def _check_place(place, temporary):
         )
     try:
         temporary.open("xb").close()
-    except FileNotFoundError as error:
-        message = f"cannot write: folder {str(place.parent)!r} does not exist; create it first"
-        raise FileNotFoundError(error.errno, message, str(place)) from None
     except OSError as error:
+        if not place.parent.exists():
+            message = f"cannot write: folder {str(place.parent)!r} does not exist; create it first"
+            raise FileNotFoundError(errno.ENOENT, message, str(place)) from None
         message = f"cannot write in folder {str(place.parent)!r}: {error.strerror}"
         raise OSError(error.errno, message, str(place)) from None
