@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scenes_for_tests import SQUARE, block, box, faces_of, meshed, rotation
 
+from radiosity.mesh import boxes
 from radiosity.mesh import contact as module
 from radiosity.mesh.contact import find_contacts
 
@@ -71,9 +72,9 @@ def crowded(rng):
 
 
 @pytest.mark.parametrize("seed", range(12))
-@pytest.mark.parametrize("chunk", [7, module.CHUNK])
+@pytest.mark.parametrize("chunk", [7, boxes.CHUNK])
 def test_contacts_are_those_of_every_pair(seed, chunk, monkeypatch):
-    monkeypatch.setattr(module, "CHUNK", chunk)
+    monkeypatch.setattr(boxes, "CHUNK", chunk)
     faces, emits = crowded(np.random.default_rng(seed))
     found, expected = find_contacts(faces, emits).faces, pairwise(faces, emits)
     assert list(found) == list(expected) and len(found) > 5

@@ -162,7 +162,7 @@ def fault_in_cosine(patch):
     """One cosine of every pair of patches left out."""
     from radiosity.transport import factors
 
-    original = factors._rows
+    original = factors.fill_rows
 
     def without(first, stop, live, geometry, *rest):
         original(first, stop, live, geometry, *rest)
@@ -172,7 +172,7 @@ def fault_in_cosine(patch):
             cosine = d @ geometry.normal[i] / np.maximum(np.linalg.norm(d, axis=1), 1e-300)
             exchange[i] /= np.where(exchange[i] > 0, np.maximum(cosine, 0.05), 1.0)
 
-    patch(factors, "_rows", without)
+    patch(factors, "fill_rows", without)
 
 
 def fault_in_cosine_at_points(patch):

@@ -10,7 +10,8 @@ from radiosity.transport import factors
 from radiosity.transport.blockers import APART, FLAT, PARTLY, drop_beside, make_blockers, nearest
 from radiosity.transport.closure import repaired
 from radiosity.transport.exchange import make_geometry
-from radiosity.transport.factors import NEAR, form_factors
+from radiosity.transport.factors import form_factors
+from radiosity.transport.pairs import NEAR
 from radiosity.transport.shaft import beside, box_beside, half_shaft_planes, shaft_planes
 
 GRAIN = 1e-15  # of coordinates about 1
