@@ -34,6 +34,7 @@ INNER = np.array([[0.5 - _G, 0.5 - _G, 0.25], [0.5 - _G, 0.5 + _G, 0.25],
 OUTER = np.array([[0.5 - _C, 0.5 - _C, _W], [0.5 - _C, 0.5 + _C, _W], [0.5 + _C, 0.5 - _C, _W],
                   [0.5 + _C, 0.5 + _C, _W], [0.5, 0.5, 1.0 - 4.0 * _W]])  # fmt: skip
 BEND = 0.1  # of what middle and corners differ by, rules that agree by chance may still be wrong
+HARDLY = 1e-6  # of a cell that no point sees hidden; cutting leaves rounding
 GRAZE = 0.1  # of a cell in which a shadow could lie between the points of both rules
 TILT = 0.6  # weight of the first in their mean, in which errors of the fourth degree cancel
 
@@ -112,9 +113,8 @@ def _measured(polygon, part, normal, target, measure, shadows, quad, out):
     if not good or not _cell(quad, box, OUTER, normal, target, shadows, out):
         return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     apart = max(BEND * out[2], _difference(measure, inner, of_inner, out[0], out[1]))
-    if inner == of_inner and out[0] == out[1] and _could_be_hidden(
-        quad, box, normal, target, shadows
-    ):
+    hardly = of_inner - inner <= HARDLY * of_inner and out[1] - out[0] <= HARDLY * out[1]
+    if hardly and _could_be_hidden(quad, box, normal, target, shadows):
         apart = max(apart, GRAZE * side * side * out[1])
     seen, whole = TILT * inner + (1.0 - TILT) * out[0], TILT * of_inner + (1.0 - TILT) * out[1]
     return -apart, first, s, t, side, seen, whole
