@@ -37,8 +37,8 @@ COLUMNS = (
     "surfaces", "surfaces (MC)", "entries rms", "each", "max", "row error", "ours / peer",
 )  # fmt: skip
 NOTES = """
-- s, CPU s: of ours and of View3D the median of 3 to 9 warm runs (one where a run takes over
-  30 s), of other peers one run. MB: peak of the process, imports and all.
+- s, CPU s: of ours and of View3D the median of 3 to 9 warm runs (fewer where they take over
+  30 s together), of other peers one run. MB: peak of the process, imports and all.
 - row sums: |sum over j of F_ij - 1| as computed; repaired: the same of what ours hands out.
 - surfaces: cube: worst relative error of adjacent / opposite faces against their closed forms;
   rooms: rms error of the 18 x 18 factors between surfaces against the reference run of ours.

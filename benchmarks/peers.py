@@ -175,6 +175,7 @@ def run_view3d(mesh, setting, program, timeout):
         command = [sys.executable, "-S", "-c", LAUNCHER, program, source, target]
         clock = Clock()
         while not clock.enough:
+            target.unlink(missing_ok=True)
             used = json.loads(_call(command, timeout, cwd=folder))
             if used["status"] or not target.exists():
                 raise Failed("failed")

@@ -288,3 +288,15 @@ def test_the_row_whose_area_is_wrong_is_named():
     factors.area[3] *= 40.0
     with pytest.raises(NotClosable, match="The largest defect before was .*, of row 3"):
         repaired(factors)
+
+
+@pytest.mark.parametrize(("absorbed", "outside"), [(0.3, 0.0), (0.0, 0.3), (0.1, 0.2)])
+def test_what_a_row_turns_out_to_lose_goes_where_others_lose_it(absorbed, outside):
+    """Row 2 loses 0.2 more than rays found: to surfaces where no row sees the outside."""
+    exchange = np.array([[0, 0.3, 0.4], [0.3, 0, 0.4], [0.4, 0.4, 0]])
+    share = np.array([0.3, 0.3, 0.0])
+    openness = Openness(share, np.array([0, 0, 0.2]), np.array([absorbed, absorbed, 0.0]))
+    result = repaired(FormFactors(exchange, np.ones(3), None, openness))
+    assert result.openness.share == pytest.approx([0.3, 0.3, 0.2])
+    assert result.exchange == pytest.approx(exchange)
+    assert result.environment[2] == pytest.approx(0.0 if outside == 0 else 0.2)

@@ -6,6 +6,7 @@ import time
 import numpy as np
 import pytest
 
+from radiosity.transport import threads as module
 from radiosity.transport.threads import over_ranges
 
 
@@ -73,3 +74,15 @@ def test_an_error_of_the_progress_ends_the_work():
     with pytest.raises(KeyboardInterrupt):
         over_ranges(work, 100_000, 1, "rows", progress)
     assert len(calls) < 50_000
+
+
+def test_a_thread_that_cannot_start_ends_the_work(monkeypatch):
+    def refuse(*_):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setenv("RADIOSITY_THREADS", "2")
+    monkeypatch.setattr(module.ThreadPoolExecutor, "submit", refuse)
+    calls = []
+    with pytest.raises(RuntimeError, match="start new thread"):
+        over_ranges(lambda a, b: calls.append(a), 1000, 1)
+    assert calls == []

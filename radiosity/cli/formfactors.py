@@ -208,7 +208,7 @@ def _facts(found, asked, raw, seconds) -> dict:
         "quadrilaterals": int(np.count_nonzero(found.corners == 4)),
         "closed": f.is_closed,
         "environment_max": float(f.environment.max(initial=0.0)),
-        "openness_error": float(f.openness.error.max(initial=0.0)),
+        "openness_error": float(f.openness.error[f.exposed].max(initial=0.0)),
         "absorbed_max": float(np.max(f.openness.absorbed, initial=0.0)),
         "sealed": f.sealed.tolist(),
         "closure_raw_max": float(np.abs(before).max(initial=0.0)),
@@ -244,6 +244,8 @@ def _as_json(facts, output) -> str:
 
 def summary(facts: dict) -> str:
     """Return the size of the matrix and how well it keeps its laws, as text."""
+    from radiosity.solve.plan import size_text
+
     kinds = f"{facts['triangles']} triangles, {facts['quadrilaterals']} quadrilaterals"
     others = facts["rows"] - facts["triangles"] - facts["quadrilaterals"]
     lines = [
@@ -256,7 +258,7 @@ def summary(facts: dict) -> str:
         f"error         {facts['error']:.1e} estimated for the worst row, "
         f"{facts['accuracy']:g} asked",
         f"time          {facts['seconds']:.1f} s",
-        f"memory        {facts['memory_bytes'] / 1e6:.4g} MB predicted",
+        f"memory        {size_text(facts['memory_bytes'])} predicted",
     ]
     if facts["groups"] is not None:
         lines.insert(1, f"groups        {_some(facts['groups'])}")
@@ -266,7 +268,7 @@ def summary(facts: dict) -> str:
 
 def _table(names, factors) -> list[str]:
     """Return a line for each of the first groups: its factors to these."""
-    names = [name[:NAME] for name in names[:SHOWN]]
+    names = [name if len(name) <= NAME else f"{name[:5]}..{name[-5:]}" for name in names[:SHOWN]]
     lines = [f"{'from, to':{NAME}}" + "".join(f"{name:>{NAME + 1}}" for name in names)]
     for name, row in zip(names, factors, strict=False):
         lines.append(f"{name:{NAME}}" + "".join(f"{x:{NAME + 1}.6f}" for x in row[:SHOWN]))
@@ -280,7 +282,7 @@ def _openness(facts) -> str:
     if facts["absorbed_max"]:
         text += f"; up to {facts['absorbed_max']:.4g} meets surfaces that are no rows"
     if facts["openness_error"]:
-        text += f"; these with errors up to {facts['openness_error']:.1e}"
+        text += f"; what leaves the rows is known to {facts['openness_error']:.1e}"
     return text
 
 

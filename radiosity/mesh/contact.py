@@ -10,7 +10,7 @@ from radiosity.mesh.facets import Facets, merge_facets
 
 TOUCH = 1e-6  # distance that counts as contact, as a share of the scene's size
 CAUTION = 1e-3  # share of that distance by which sums in another order cannot differ
-WELDED = 0.5  # the same for facets, which their faces lie off by a tenth of it at most
+WELDED = 0.5  # the same for facets, which their faces lie off by a fifth of that distance at most
 
 
 @dataclass(frozen=True)
@@ -97,13 +97,14 @@ def _by_first(first, second):
 def _candidates(faces, facets, normals, touch, count):
     """Return pairs of faces (f, g), f < count, such that g may leave a mark in f, few without.
 
-    Only of facets that may: faces of one facet, or of two that meet at an edge, leave none.
+    Only of facets that may: faces of one facet, or of two that meet at an edge, leave none. Of all
+    where facets are many, or rounding so far from the origin blurs them.
     """
     v, of = faces.vertices, facets.facet
     blur = 8.0 * np.finfo(float).eps * np.abs(v).max(initial=0.0)
     if 2 * len(facets.count) > len(v) or blur > 0.1 * touch:
-        return _reaching(v, normals, touch, CAUTION, lambda f, g: f < count)
-    pairs = _reaching(facets.vertices, facets.normal, touch, WELDED)
+        return _reaching(v, normals, touch, CAUTION, (_vertices, _marks), lambda f, g: f < count)
+    pairs = _reaching(facets.vertices, facets.normal, touch, WELDED, (_vertices,))
     code, m = np.sort(pairs[0] * len(of) + pairs[1]), len(of)
     some = np.flatnonzero(np.isin(of, pairs))
 
@@ -111,14 +112,14 @@ def _candidates(faces, facets, normals, touch, count):
         f, g = some[f], some[g]
         return (f < count) & np.isin(of[f] * m + of[g], code)
 
-    return some[_reaching(v[some], normals[some], touch, CAUTION, wanted)]
+    return some[_reaching(v[some], normals[some], touch, CAUTION, (_vertices, _marks), wanted)]
 
 
-def _reaching(v, normals, touch, caution, wanted=None):
+def _reaching(v, normals, touch, caution, kinds, wanted=None):
     """Return pairs of convex polygons (f, g), if wanted(f, g), such that g may reach inside f.
 
-    By their vertices alone where any pair is wanted. Coordinates are the first axis and polygons
-    the last one here, so that sums run over long arrays.
+    By each of the ``kinds`` of points in turn, `_vertices` and `_marks`. Coordinates are the first
+    axis and polygons the last one here, so that sums run over long arrays.
     """
     low, high = v.min(axis=1), v.max(axis=1)
     v, normals = (np.ascontiguousarray(x.T) for x in (v, normals))
@@ -133,7 +134,7 @@ def _reaching(v, normals, touch, caution, wanted=None):
         if wanted is not None:
             keep &= wanted(f, g)
         f, g = f[keep], g[keep]
-        for points in (_vertices, _marks) if wanted else (_vertices,):
+        for points in kinds:
             at, there = points(v[..., g], v[:, 0, f], normals[:, f], far)
             keep = there.any(axis=0)
             at, there, f, g = at[..., keep], there[..., keep], f[keep], g[keep]

@@ -14,7 +14,7 @@ from radiosity.transport.threads import Progress, silent
 
 UNBALANCED = 0.5  # a defect that no accuracy leaves: the loosest is 0.5 of errors of any sign
 FITS = 1e-9  # relative difference of areas that rounding in another order explains
-NEAR = 1e-6  # of the scene's size, what centroids may differ by
+SAME_PLACE = 1e-6  # of the scene's size, what centroids may differ by
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,8 @@ def _moved(factors, reach) -> str | None:
     if factors.centroid is None:
         return None
     here, v = reach.patches.centroid, reach.patches.vertices
-    far = np.linalg.norm(factors.centroid - here, axis=1) > NEAR * np.ptp(v, axis=(0, 1)).max()
+    apart = np.linalg.norm(factors.centroid - here, axis=1)
+    far = (apart > SAME_PLACE * np.ptp(v, axis=(0, 1)).max()) & (factors.area > 0)
     if not far.any():
         return None
     k = int(np.argmax(far))

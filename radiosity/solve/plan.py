@@ -108,12 +108,14 @@ def check_fits(what: str, needed: int, limit: float | None, way_out: str) -> int
     limit = free_memory() / 2 if limit is None else limit
     if needed > limit:
         raise Refused(
-            f"{what} need about {_size(needed)}, more than the {_size(limit)} allowed: {way_out}"
+            f"{what} need about {size_text(needed)}, more than the {size_text(limit)} allowed: "
+            f"{way_out}"
         )
     return needed
 
 
-def _size(count: float) -> str:
+def size_text(count: float) -> str:
+    """Return a count of bytes in GB, MB or kB."""
     for unit, name in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
         if count >= 0.1 * unit:
             return f"{count / unit:.1f} {name}"

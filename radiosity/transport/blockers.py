@@ -5,6 +5,7 @@ that the whole shaft passes through hides the pair; the others are cut out exact
 where they are many, left to rays.
 """
 
+import math
 from collections import namedtuple
 
 import numpy as np
@@ -19,7 +20,8 @@ HIDDEN, TOO_MANY = -1, -2
 NEXT, END, WAITING, NODES = 0, 1, 2, 3  # in a walk, see `_next_blocker`
 AWAY, BETWEEN, COVERS = 0, 1, 2
 APART, PARTLY, FLAT = 0, 1, 2
-# What lies flat: least cosine, least height in reaches (lower is contact or rounding), and largest.
+# What lies flat on a polygon: least cosine to it, and in reaches the least height of the highest
+# point over it (lower is contact or rounding), and the largest.
 PARALLEL, FLUSH, SHALLOW = 0.9, 0.025, 25.0
 DIRECTIONS, CHUNK = 64, 256
 
@@ -33,7 +35,7 @@ LEAF blockers from LEAF l on.
 """
 
 
-def make_blockers(corners, count, normal, body, grain) -> Blockers:
+def make_blockers(corners, count, normal, body, grain, hull: bool = False) -> Blockers:
     """Return the facets that can block.
 
     A facet that has all others on one side of its plane can not: no segment between two points of
@@ -46,9 +48,11 @@ def make_blockers(corners, count, normal, body, grain) -> Blockers:
     body : (m,) int
     grain : float or (m,) float
         How far rounding may have moved their corners.
+    hull : bool
+        Keep those that cannot block too.
     """
     grain = np.full(len(corners), grain, float)
-    inside = np.flatnonzero(~_on_the_hull(corners, normal, 8.0 * grain))
+    inside = np.flatnonzero(hull | ~_on_the_hull(corners, normal, 8.0 * grain))
     order = inside[np.argsort(_morton(corners[inside].mean(axis=1)), kind="stable")]
     corners, count, normal, body = corners[order], count[order], normal[order], body[order]
     grain = grain[order]
@@ -332,8 +336,14 @@ def _nearness(blockers, b, geometry, i, reach):
     low, high = heights(corners, geometry.centroid[i], n)
     if low > reach or high <= 0.0:
         return APART
-    parallel = abs(n[0] * m[0] + n[1] * m[1] + n[2] * m[2]) > PARALLEL
-    return FLAT if parallel and FLUSH * reach < high <= SHALLOW * reach else PARTLY
+    cosine, above = n[0] * m[0] + n[1] * m[1] + n[2] * m[2], 0.0
+    if abs(cosine) <= PARALLEL:
+        return PARTLY
+    for c in range(3):
+        above += m[c] * (corners[0, c] - geometry.centroid[i, c]) / cosine
+    rise = geometry.radius[i] * math.sqrt(max(0.0, 1.0 - cosine * cosine)) / abs(cosine)
+    low, high = max(low, above - rise), min(high, above + rise)  # over the polygon
+    return FLAT if low <= reach and FLUSH * reach < high <= SHALLOW * reach else PARTLY
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -2,20 +2,31 @@
 
 from llvmlite import ir
 from numba import types
+from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 
 @intrinsic
 def borrowed(typing, value):
-    """Return an array, or a tuple of what may be arrays, whose views cost no atomic counting.
+    """Return an array, or a tuple of arrays and numbers, whose views cost no atomic counting.
 
-    The caller keeps the memory alive while they are used.
+    Only for arguments of what is called from Python, which keeps the memory alive meanwhile; not
+    for arrays that compiled code makes, nor to be returned.
     """
+    _check(value)
 
     def code(context, builder, signature, args):
         return _unowned(context, builder, value, args[0])
 
     return value(value), code
+
+
+def _check(kind):
+    if isinstance(kind, types.BaseTuple):
+        for part in kind.types:
+            _check(part)
+    elif not isinstance(kind, types.Array | types.Number | types.Boolean):
+        raise TypingError(f"only arrays and numbers can be borrowed, not {kind}")
 
 
 def _unowned(context, builder, kind, value):

@@ -81,11 +81,24 @@ def repaired(factors: FormFactors) -> FormFactors:
         share = np.where(exposed, flux / np.where(exposed, factors.area, 1.0), share)
     if not _worst(left) <= BOUND:
         raise NotClosable(raw, left)
-    before = factors.openness  # of which the same part is absorbed, all of it where it was all
-    some = np.where(before.share > 0, before.share, 1.0)
-    absorbed = share * (before.absorbed / some)
-    openness = Openness(share, factors.openness.error, absorbed)
+    openness = _openness(factors, share)
     return factors.replaced(exchange=exchange, openness=openness, raw_closure=raw)
+
+
+def _openness(factors, share):
+    """Return a repaired share of light that leaves the rows, of which the same part is absorbed.
+
+    Where nothing left the row before: all of it in scenes whose rows see surfaces only, else none.
+    Where the share is all outside or all absorbed, it is as certain as the row.
+    """
+    before, out = factors.openness, factors.environment
+    absorbed = np.broadcast_to(before.absorbed, share.shape)
+    inside = not np.any(out > 0) and np.any(absorbed > 0)
+    some = before.share > 0
+    part = np.where(some, absorbed / np.where(some, before.share, 1.0), float(inside))
+    mixed = (absorbed > 0) & (out > 0)
+    error = np.where(mixed, before.error, np.minimum(before.error, factors.row_errors()))
+    return Openness(share, error, share * part)
 
 
 def _worst(defects):

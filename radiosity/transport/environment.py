@@ -5,7 +5,7 @@ from numba import njit
 
 from radiosity.mesh.patches import Patches
 from radiosity.transport.borrow import borrowed
-from radiosity.transport.operator import Openness
+from radiosity.transport.operator import FormFactors, Openness
 from radiosity.transport.polygon import first_half, place_evenly
 from radiosity.transport.sampling import cosine_direction, hashed, sobol
 from radiosity.transport.threads import over_ranges
@@ -16,7 +16,14 @@ AT_ONCE = 1 << 17  # rays that a scene of few rows gets at least, so that small 
 CHUNK = 1 << 13
 PLACE = 1 << 41  # tells its patterns from those of rays between pairs
 OUTSIDE, ROW, SURFACE = 0, 1, 2
+LAYERS = 4  # of its own face that a ray may have to leave behind
 BLUR = 5e-7  # of places where rays end, in ray coordinates
+SPREAD = 1.3  # measured over layers of tiles and holes
+DOUBT = 0.2  # of the accuracy: rows that miss more of 1 than they explain get more rays
+# A row misses what rays did not find where that is more than SURE of its error and rounding, and
+# no more than RARE standard errors of the rays; in scenes of more than FEW rows also no more than
+# the accuracy.
+SURE, ROUNDING, RARE, FEW = 5.0, 1e-12, 3.0, 64
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -51,13 +58,14 @@ def measure_openness(
     live: np.ndarray,
     accuracy: float,
     seed: int = 0,
-    doubtful: np.ndarray | None = None,
+    pairs: FormFactors | None = None,
+    flat: np.ndarray | bool = False,
 ) -> Openness:
     """Return what each row sends to no row, by cosine-distributed rays from all over it.
 
     Few rays for every row; for those that see anything but rows, and for doubtful ones, more until
-    the error of N points in four dimensions on either side of an edge, sqrt(s (1 - s)) N^(-0.6),
-    meets ``accuracy``.
+    the error of N points in four dimensions on either side of an edge, SPREAD sqrt(s (1 - s))
+    N^(-0.6), meets ``accuracy``.
 
     Parameters
     ----------
@@ -65,9 +73,11 @@ def measure_openness(
         Rows; the others get 0. A ray that meets a side of a face without any row ends on no row.
     accuracy : float
         Of the share.
-    doubtful : (n,) bool, optional
-        Rows that may see out although few rays do not: in scenes where any row does, their error
-        is not 0.
+    pairs : FormFactors, optional
+        Of the rows. Those that miss much of 1 get more rays; what is missing is the error of the
+        share where rays cannot tell, because they are too few or start beyond what is ``flat``.
+    flat : (n,) bool, optional
+        Rows that something lies on, nearer than rays start.
     """
     rows = np.flatnonzero(live)
     count = int(np.clip(1 << int(np.log2(max(1, AT_ONCE // max(1, len(rows))))), FEWEST, MOST))
@@ -75,16 +85,23 @@ def measure_openness(
     ends = _Ends(patches, visibility, live)
     _trace(met, rows, range(count), patches, visibility, ends, seed)
     more = met[:, ROW] < count
-    if doubtful is not None:
-        more |= doubtful
-    wanted = int(np.clip((0.5 / accuracy) ** (1.0 / 0.6), count, MOST))
+    missing = np.zeros(len(patches)) if pairs is None else 1.0 - pairs.row_sums()
+    known = np.zeros(len(patches)) if pairs is None else pairs.row_errors()
+    more |= np.abs(missing) > known + DOUBT * accuracy
+    wanted = int(np.clip((0.5 * SPREAD / accuracy) ** (1.0 / 0.6), count, MOST))
     if wanted > count:
         _trace(met, rows[more[rows]], range(count, wanted), patches, visibility, ends, seed)
     total = np.maximum(met.sum(axis=1), 1.0)
     share = 1.0 - np.where(live, met[:, ROW] / total, 1.0)
-    spread = np.sqrt(np.maximum(share * (1.0 - share), 1.0 / total)) * total**-0.6
-    uncertain = more & live if np.any(share > 0) else False
-    return Openness(share, np.where(uncertain, spread, 0.0), met[:, SURFACE] / total)
+    spread = SPREAD * np.sqrt(np.maximum(share * (1.0 - share), 1.0 / total)) * total**-0.6
+    is_open = np.any(share > 0)
+    error = np.where(more & live & is_open, spread, 0.0)
+    if pairs is not None:
+        left = missing - share
+        rare = (left > SURE * known + ROUNDING) & (left <= RARE * spread)
+        rare &= (left <= accuracy) | (len(rows) <= FEW)  # else the pairs may be what is wrong
+        error = np.where(live & (rare | (flat & is_open)), np.maximum(error, np.abs(left)), error)
+    return Openness(share, error, met[:, SURFACE] / total)
 
 
 class _Ends:
@@ -101,9 +118,18 @@ class _Ends:
         some = self._is_row.any(axis=1)
         self._rows_only = None if live.all() and some.all() else visibility.first_hits_of(some)
 
-    def of(self, start, direction):
-        """Return (k,) the kind of surface that each ray meets first."""
+    def of(self, start, direction, own):
+        """Return (k,) the kind of surface that each ray meets first, its own face (k,) apart.
+
+        A flat face does not see itself; that of a sliver, rounded, may rise over where rays start.
+        """
         face, far = self._visibility.first_hits(start, direction)
+        for _ in range(LAYERS):
+            again = np.flatnonzero(face == own)
+            if len(again) == 0:
+                break
+            start[again] += (far[again, None] + 2.0 * np.float32(LIFT)) * direction[again]
+            face[again], far[again] = self._visibility.first_hits(start[again], direction[again])
         cosine = self._cosine(face, direction)
         kind = np.where(face < 0, OUTSIDE, np.where(self._rows(face, cosine), ROW, SURFACE))
         if self._rows_only is not None:
@@ -135,7 +161,8 @@ def _trace(met, rows, samples, patches, visibility, ends, seed):
             block, patches.vertices, patches.area, patches.normal, samples.start, count, seed,
             visibility.centre, visibility.scale, LIFT, start, direction,
         )  # fmt: skip
-        kind = ends.of(start, direction).reshape(len(block), count)
+        own = np.repeat(patches.face[block], count)
+        kind = ends.of(start, direction, own).reshape(len(block), count)
         for k in (OUTSIDE, ROW, SURFACE):
             met[block, k] += np.count_nonzero(kind == k, axis=1)
 

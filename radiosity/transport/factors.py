@@ -4,17 +4,17 @@ import numpy as np
 from numba import njit
 
 from radiosity.mesh.patches import Patches
+from radiosity.transport.blockers import APART, FLAT, MOST
 from radiosity.transport.environment import measure_openness
 from radiosity.transport.exchange import Geometry, make_geometry
 from radiosity.transport.occlusion import refined_shares
-from radiosity.transport.operator import FormFactors, Openness
+from radiosity.transport.operator import FormFactors
 from radiosity.transport.pairs import FEWER, RAYS, Barriers, fill_rows, look_near, make_spaces
 from radiosity.transport.screen import make_columns
 from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import Visibility
 
 ROWS = 16
-DOUBT = 0.2  # of the accuracy: rows that miss more of 1 than they explain get more openness rays
 ENTRIES = 1 << 22  # of the matrix whose pairs are traced at a time
 TILE = 64
 # Shares of the asked accuracy: of the unoccluded exchange, of what blockers leave of it, and of an
@@ -63,8 +63,8 @@ def form_factors(
     exchange, error = np.zeros((n, n)), np.zeros((n, n), np.float32)
     geometry = patch_geometry(patches, visibility)
     columns, blockers = make_columns(geometry), visibility.blockers
-    limit, flat = np.full(n, FEWER), np.zeros(n, bool)
-    look_near(geometry, blockers, limit, flat)
+    how = look_near(geometry, blockers)
+    limit = np.where(how == APART, FEWER, MOST)
     barriers = Barriers(blockers, visibility.free_sides(patches), limit)
     whole = TIGHTEST if n <= FEW else float(np.clip(WHOLE * accuracy, TIGHTEST, LOOSEST))
     care = CARE if n <= FEW else 1.0
@@ -79,10 +79,8 @@ def form_factors(
     _trace_rest(exchange, error, patches, visibility, asked, seed, progress)
     over_ranges(lambda a, b: _mirror(a, b, exchange, error), n, TILE)
     found = FormFactors(exchange, patches.area, error, centroid=patches.centroid)
-    doubtful = np.abs(1.0 - found.row_sums()) > found.row_errors() + DOUBT * accuracy
-    seen = measure_openness(patches, visibility, live, accuracy, seed, doubtful)
-    missed = np.where(flat, np.abs(1.0 - found.row_sums() - seen.share), 0.0)
-    openness = Openness(seen.share, np.maximum(seen.error, missed), seen.absorbed)
+    flat = look_near(geometry, visibility.facets) == FLAT
+    openness = measure_openness(patches, visibility, live, accuracy, seed, found, flat)
     return found.replaced(openness=openness)
 
 
@@ -102,7 +100,7 @@ def _trace_rest(exchange, error, patches, visibility, asked, seed, progress):
             visibility, pairs, patches, tolerance, seed,
             lambda stage, k, _, done=done: progress(stage, done + k, total),
         )  # fmt: skip
-        less = 0.5 * np.minimum(share, hidden)  # none to twice of it
+        less = 0.5 * np.minimum(share, hidden)  # half of what may be hidden: the rest is error
         exchange[a + i, j] = (share - less) * whole
         error[a + i, j] = (doubt + less + asked[0]) * whole
         before += len(pairs)

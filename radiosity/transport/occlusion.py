@@ -45,11 +45,12 @@ def _aim(pairs, p, np_, q, nq, keys, first, count, seed, centre, scale, lift, st
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sums(blocked, weight, count, seen, total, free):
-    """Add up weights of free and of all rays, and how many are free, pair by pair."""
+def _sums(blocked, weight, count, seen, total, squares, free):
+    """Add up weights of free and of all rays, their squares, and how many are free, by pairs."""
     for m in range(len(seen)):
         for r in range(m * count, (m + 1) * count):
             total[m] += weight[r]
+            squares[m] += weight[r] ** 2
             if not blocked[r]:
                 seen[m] += weight[r]
                 free[m] += 1.0
@@ -57,19 +58,32 @@ def _sums(blocked, weight, count, seen, total, free):
 
 @dataclass(frozen=True)
 class Tally:
-    """What shadow rays found: (m,) sums of w V and of w, and counts of free rays and of all."""
+    """What shadow rays found: (m,) sums of w V, w and w^2, and counts of free rays and of all."""
 
     seen: np.ndarray
     total: np.ndarray
+    squares: np.ndarray
     free: np.ndarray
     rays: int
 
     def __add__(self, other: "Tally") -> "Tally":
         """Return the tally of both."""
         return Tally(
-            self.seen + other.seen, self.total + other.total, self.free + other.free,
-            self.rays + other.rays,
+            self.seen + other.seen, self.total + other.total, self.squares + other.squares,
+            self.free + other.free, self.rays + other.rays,
         )  # fmt: skip
+
+    def of(self, some: np.ndarray) -> "Tally":
+        """Return the tally of some pairs."""
+        return Tally(
+            self.seen[some], self.total[some], self.squares[some], self.free[some], self.rays
+        )
+
+    @property
+    def effective(self) -> np.ndarray:
+        """Return (m,) how many rays of one weight would do as well (Kish 1965), 1 at least."""
+        some = self.squares > 0
+        return np.where(some, self.total**2 / np.where(some, self.squares, 1.0), 1.0)
 
     @property
     def share(self) -> np.ndarray:
@@ -97,7 +111,7 @@ def shadow_rays(
     samples : range
         Which points of the sequence to use, so that tallies can be added up.
     """
-    sums = np.zeros((3, len(pairs)))
+    sums = np.zeros((4, len(pairs)))
     count = len(samples)
     step = max(1, RAYS_AT_ONCE // count)
     start = np.empty((min(step, len(pairs)) * count, 3), np.float32)
@@ -130,7 +144,8 @@ def refined_shares(
 
     Rays are doubled for each pair until its error meets its ``tolerance`` (m,) or MOST_RAYS are
     traced. The standard error of N points of a sequence in four dimensions on either side of a
-    shadow edge is taken as SPREAD sqrt(s (1 - s)) N^(-0.6), with at least one ray on each side.
+    shadow edge is taken as SPREAD sqrt(s (1 - s)) N^(-0.6), with at least one ray on each side and
+    N no more than what their weights leave effective.
     """
     share, doubt = np.empty((2, len(pairs)))
     sides = patches.vertices, patches.normal
@@ -140,17 +155,18 @@ def refined_shares(
         left = np.arange(a, b)
         tally = shadow_rays(visibility, pairs[left], sides, sides, keys, range(FEWEST_RAYS), seed)
         while True:
-            s = tally.share
+            s, n = tally.share, tally.effective
             share[left] = s
-            spread = np.sqrt(np.maximum(s * (1 - s), 1.0 / tally.rays))
-            doubt[left] = SPREAD * spread * tally.rays**-0.6
+            spread = np.sqrt(np.maximum(s * (1 - s), 1.0 / n))
+            doubt[left] = np.minimum(1.0, SPREAD * spread * n**-0.6)
             more = doubt[left] > tolerance[left]
             if not more.any() or tally.rays >= MOST_RAYS:
                 return
             left = left[more]
-            kept = Tally(tally.seen[more], tally.total[more], tally.free[more], tally.rays)
             samples = range(tally.rays, 2 * tally.rays)
-            tally = kept + shadow_rays(visibility, pairs[left], sides, sides, keys, samples, seed)
+            tally = tally.of(more) + shadow_rays(
+                visibility, pairs[left], sides, sides, keys, samples, seed
+            )
 
     over_ranges(work, len(pairs), PAIRS, "visibility", progress)
     return share, doubt

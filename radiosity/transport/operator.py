@@ -47,7 +47,7 @@ class FormFactors(LinearOperator):
     raw_closure : (n,) float64, optional
         Defects of the rows before they were repaired; those found where not given.
     centroid : (n, 3) float64, optional
-        Where the rows lie, in scene units; None where that is not known.
+        Where rows with area lie, in scene units; None where that is not known.
 
     Raises
     ------

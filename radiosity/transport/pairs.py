@@ -10,7 +10,6 @@ import numpy as np
 from numba import njit
 
 from radiosity.transport.blockers import (
-    APART,
     FLAT,
     HIDDEN,
     MOST,
@@ -80,16 +79,14 @@ def make_spaces() -> Spaces:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def look_near(geometry, blockers, limit, flat):
-    """Write MOST for polygons that a blocker comes so near to that rays could start beyond it.
-
-    And whether one lies so flat on it that rays surely do.
-    """
+def look_near(geometry, blockers):
+    """Return (n,) how near blockers come to each polygon, so that rays could start beyond them."""
     geometry, blockers = borrowed((geometry, blockers))
     walk, planes = np.empty(64, np.int64), np.empty((6, 4))
-    for i in range(len(limit)):
-        how = nearest(blockers, geometry, i, NEAR, planes, walk)
-        limit[i], flat[i] = limit[i] if how == APART else MOST, how == FLAT
+    how = np.empty(len(geometry.area), np.int64)
+    for i in range(len(how)):
+        how[i] = nearest(blockers, geometry, i, NEAR, planes, walk)
+    return how
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

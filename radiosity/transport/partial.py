@@ -12,10 +12,10 @@ from heapq import heappop, heappush
 import numpy as np
 from numba import njit
 
-from radiosity.transport.blockers import AWAY, between
+from radiosity.transport.blockers import AWAY, COVERS, between
 from radiosity.transport.exchange import sum_of_squares
-from radiosity.transport.polygon import TINY, bilinear, point_factor
-from radiosity.transport.shadow import visible_factor
+from radiosity.transport.polygon import TINY, area_of, bilinear, point_factor
+from radiosity.transport.shadow import lies_over, visible_factor
 from radiosity.transport.shaft import beside, edge_planes
 
 MOST_CELLS = 1 << 13  # of one pair, after which its error is reported as it is
@@ -34,7 +34,6 @@ INNER = np.array([[0.5 - _G, 0.5 - _G, 0.25], [0.5 - _G, 0.5 + _G, 0.25],
 OUTER = np.array([[0.5 - _C, 0.5 - _C, _W], [0.5 - _C, 0.5 + _C, _W], [0.5 + _C, 0.5 - _C, _W],
                   [0.5 + _C, 0.5 + _C, _W], [0.5, 0.5, 1.0 - 4.0 * _W]])  # fmt: skip
 BEND = 0.1  # of what middle and corners differ by, rules that agree by chance may still be wrong
-HARDLY = 1e-6  # of a cell that no point sees hidden; cutting leaves rounding
 GRAZE = 0.1  # of a cell in which a shadow could lie between the points of both rules
 TILT = 0.6  # weight of the first in their mean, in which errors of the fourth degree cancel
 
@@ -100,10 +99,11 @@ def _difference(measure, one, of_one, two, of_two):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _measured(polygon, part, normal, target, measure, shadows, quad, out):
+def _measured(polygon, part, normal, target, other, measure, shadows, quad, out):
     """Return a part of a polygon as it stands in the queue; ``side`` 0 where a shadow failed.
 
-    ``part`` is (first, s, t, side): the fan's quadrilateral, its least coordinates and its side.
+    ``part`` is (first, s, t, side): the fan's quadrilateral, its least coordinates and its side;
+    ``other`` the normal of the target.
     """
     first, s, t, side = part
     _root(polygon, first, quad)
@@ -113,35 +113,88 @@ def _measured(polygon, part, normal, target, measure, shadows, quad, out):
     if not good or not _cell(quad, box, OUTER, normal, target, shadows, out):
         return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     apart = max(BEND * out[2], _difference(measure, inner, of_inner, out[0], out[1]))
-    hardly = of_inner - inner <= HARDLY * of_inner and out[1] - out[0] <= HARDLY * out[1]
-    if hardly and _could_be_hidden(quad, box, normal, target, shadows):
-        apart = max(apart, GRAZE * side * side * out[1])
+    nothing, corners = LEAK * shadows[2], np.empty((4, 3))
+    _corners(quad, box, shadows[4], corners)
+    if inner <= nothing * of_inner and out[0] <= nothing * out[1]:
+        back = _seen_back(corners, normal, target, other, shadows, quad)
+        if back < 0.0:
+            return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
+        apart = max(apart, back)
+    elif apart < GRAZE * side * side * out[1]:
+        missed = _unseen_blockers(corners, normal, target, shadows)
+        apart = max(apart, min(missed, GRAZE * side * side * out[1]))
     seen, whole = TILT * inner + (1.0 - TILT) * out[0], TILT * of_inner + (1.0 - TILT) * out[1]
     return -apart, first, s, t, side, seen, whole
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _could_be_hidden(quad, box, normal, target, shadows):
-    """Whether an active blocker may take away anything between a part of a polygon and another."""
-    blockers, active, grain, shade, x = shadows
-    corners, planes, slack = np.empty((4, 3)), np.empty((4, 4)), 4.0 * grain
+def _corners(quad, box, x, corners):
+    """Write the corners of a part of a quadrilateral; x is space for a point."""
     for k in range(4):
         s, t = box[1 if k in (1, 2) else 0], box[3 if k > 1 else 2]
         bilinear(quad, s, t, x)
         corners[k, 0], corners[k, 1], corners[k, 2] = x[0], x[1], x[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _unseen_blockers(corners, normal, target, shadows):
+    """Return the most that active blockers may take away which no point saw over the target.
+
+    That is their area, of those that reach into the shaft of a part of a polygon and the target.
+    """
+    blockers, active, grain = shadows[:3]
+    planes, slack, most = np.empty((4, 4)), 4.0 * grain, 0.0
     bounds = planes[: edge_planes(corners, normal, target, slack, planes, 0)]
     for m in range(len(active)):
         b = active[m]
         polygon = blockers.corners[b, : blockers.count[b]]
         if beside(polygon, bounds, slack):
             continue
-        if between(polygon, blockers.normal[b], corners, target, slack) != AWAY:
-            return True
+        if between(polygon, blockers.normal[b], corners, target, slack) == AWAY:
+            continue
+        if not _lies_over_any(corners, target, polygon, blockers.normal[b], shadows):
+            most += area_of(polygon)
+    return most
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lies_over_any(corners, target, polygon, normal, shadows):
+    """Whether any point of both rules on a part sees a blocker over the target."""
+    _, _, grain, shade, x = shadows
+    for rule in (OUTER, INNER):
+        for k in range(len(rule)):
+            bilinear(corners, rule[k, 0], rule[k, 1], x)
+            if lies_over(x, target, polygon, normal, grain, shade):
+                return True
     return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _adaptive(polygon, normal, target, tolerance, measure, shadows, quad, out):
+def _seen_back(corners, normal, target, other, shadows, quad):
+    """Return the exchange that a few points of the target see of a part of a polygon.
+
+    For a part of which no point sees anything: a slit near to it, between its points, is open to
+    all points of the target. 0 where one blocker covers all; negative where a shadow failed.
+    """
+    blockers, active, grain, shade, x = shadows
+    for m in range(len(active)):
+        polygon = blockers.corners[active[m], : blockers.count[active[m]]]
+        if between(polygon, blockers.normal[active[m]], corners, target, 4.0 * grain) == COVERS:
+            return 0.0
+    total = 0.0
+    for first in range(1, len(target) - 1, 2):
+        _root(target, first, quad)
+        for k in range(len(INNER)):
+            weight = INNER[k, 2] * bilinear(quad, INNER[k, 0], INNER[k, 1], x)
+            seen = visible_factor(x, other, corners, blockers, active, grain, shade)[0]
+            if seen < 0.0:
+                return seen
+            total += weight * seen
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _adaptive(polygon, normal, target, other, tolerance, measure, shadows, quad, out):
     """Integrate over a polygon, dividing cells; write visible, unoccluded, error into out (3,).
 
     The cell with the largest error is divided next, until CERTAIN times the root of their squares
@@ -150,10 +203,14 @@ def _adaptive(polygon, normal, target, tolerance, measure, shadows, quad, out):
     is no other to make up for it. ``measure`` names what must agree: the visible SHARE, what is
     SEEN or what is HIDDEN. False where a shadow failed.
     """
-    queue = [_measured(polygon, (1, 0.0, 0.0, 1.0), normal, target, measure, shadows, quad, out)]
+    queue = [
+        _measured(polygon, (1, 0.0, 0.0, 1.0), normal, target, other, measure, shadows, quad, out)
+    ]
     for first in range(3, len(polygon) - 1, 2):
         part = (first, 0.0, 0.0, 1.0)
-        heappush(queue, _measured(polygon, part, normal, target, measure, shadows, quad, out))
+        heappush(
+            queue, _measured(polygon, part, normal, target, other, measure, shadows, quad, out)
+        )
     squares = whole = 0.0
     for cell in queue:
         squares, whole = squares + cell[0] ** 2, whole + cell[6]
@@ -165,7 +222,7 @@ def _adaptive(polygon, normal, target, tolerance, measure, shadows, quad, out):
         side = 0.5 * cell[4]
         for k in range(4):
             part = (cell[1], cell[2] + (k % 2) * side, cell[3] + (k // 2) * side, side)
-            quarter = _measured(polygon, part, normal, target, measure, shadows, quad, out)
+            quarter = _measured(polygon, part, normal, target, other, measure, shadows, quad, out)
             if quarter[4] == 0.0:
                 return False
             heappush(queue, quarter)
@@ -203,8 +260,8 @@ def partial_exchange(geometry, i, j, count_p, count_q, whole, tolerance, shadows
     n, o = geometry.normal[i], geometry.normal[j]
     out, quad = room.found, room.quad
     turned = _nearer_to_first(geometry, i, j, shadows[0], shadows[1])
-    one, normal, two = (q, o, p) if turned else (p, n, q)
-    if not _adaptive(one, normal, two, (1.0 - ROUGH) * tolerance, SHARE, shadows, quad, out):
+    one, normal, two, other = (q, o, p, n) if turned else (p, n, q, o)
+    if not _adaptive(one, normal, two, other, (1.0 - ROUGH) * tolerance, SHARE, shadows, quad, out):
         return FAILED, 0.0
     if out[1] <= 0.0:
         return whole, whole
@@ -216,7 +273,7 @@ def partial_exchange(geometry, i, j, count_p, count_q, whole, tolerance, shadows
         return whole * share, whole * doubt + max(0.0, blur)
     # too near for the rules: the part that is smaller must be right by itself
     measure = SEEN if share < 0.5 else HIDDEN_PART
-    if not _adaptive(one, normal, two, tolerance, measure, shadows, quad, out):
+    if not _adaptive(one, normal, two, other, tolerance, measure, shadows, quad, out):
         return FAILED, 0.0
     value = out[0] if share < 0.5 else whole - (out[1] - out[0])
     return min(whole, max(0.0, value)), out[2]

@@ -69,6 +69,18 @@ def heights(polygon, point, normal):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def area_of(polygon):
+    """Return the area of a planar polygon."""
+    nx = ny = nz = 0.0
+    x, y, z = polygon[0, 0], polygon[0, 1], polygon[0, 2]
+    for k in range(1, len(polygon) - 1):
+        ax, ay, az = polygon[k, 0] - x, polygon[k, 1] - y, polygon[k, 2] - z
+        bx, by, bz = polygon[k + 1, 0] - x, polygon[k + 1, 1] - y, polygon[k + 1, 2] - z
+        nx, ny, nz = nx + ay * bz - az * by, ny + az * bx - ax * bz, nz + ax * by - ay * bx
+    return 0.5 * math.sqrt(nx * nx + ny * ny + nz * nz)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def clip(polygon, point, normal, tolerance, out):
     """Write the part of a convex polygon in front of a plane into out; return its corner count.
 

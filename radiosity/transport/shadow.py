@@ -11,12 +11,13 @@ import numpy as np
 from numba import njit
 
 from radiosity.transport.blockers import MOST
-from radiosity.transport.polygon import point_factor
+from radiosity.transport.polygon import area_of, point_factor
 
 PARTS = 256  # of a polygon that wait to be cut
 CORNERS = 24
 PLANES = 9  # of a blocker: its own and one an edge
 OVERFLOW = -1.0
+MUCH = 1e-12  # of an area: less is what rounding leaves
 
 Shade = namedtuple("Shade", "planes count parts corners next inner heights")
 Shade.__doc__ = "Space for one thread: planes of blockers seen from a point, parts of a polygon."
@@ -135,6 +136,22 @@ def _cut_out(shade, part, planes, after, waiting):
         if count < 3:
             break
     return waiting
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lies_over(x, target, corners, normal, grain, shade):
+    """Whether a blocker hides a part of a polygon from a point, more than what rounding leaves."""
+    planes = shade.planes[0, : _cone(x, corners, normal, grain, shade.planes[0])]
+    if len(planes) == 0 or _misses(target, planes):
+        return False
+    part, count = shade.parts[0], len(target)
+    for k in range(count):
+        _copy(target, k, part, k)
+    for m in range(len(planes)):
+        count, _ = _split(part, count, planes[m], shade.parts[1], shade.inner, shade.heights)
+        if count < 3 or count > CORNERS - 2:
+            return count > 2
+    return area_of(part[:count]) > MUCH * area_of(target)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

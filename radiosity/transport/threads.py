@@ -48,8 +48,12 @@ def over_ranges(
         labour(progress)
         return
     with ThreadPoolExecutor(helpers) as pool:
-        others = [pool.submit(labour, silent) for _ in range(helpers)]
-        labour(progress)
+        try:
+            others = [pool.submit(labour, silent) for _ in range(helpers)]
+            labour(progress)
+        except BaseException:
+            left.clear()
+            raise
         for other in others:
             other.result()
     progress(stage, len(done), len(starts))

@@ -37,6 +37,8 @@ class Visibility:
     face_normal : (f, 3) float32
     blockers : Blockers
         What can come between two points, as convex polygons in ray coordinates.
+    facets : Blockers
+        These and those that nothing lies behind.
     """
 
     def __init__(self, faces: Faces, facets: Facets | None = None):
@@ -57,9 +59,8 @@ class Visibility:
         self._bodies, self._of_face = bodies.count, bodies.of_face
         self._of_facet = np.empty(len(facets.count), int)
         self._of_facet[facets.facet] = bodies.of_face
-        self.blockers = make_blockers(
-            self._corners, facets.count, facets.normal, self._of_facet, grain
-        )
+        made = self._corners, facets.count, facets.normal, self._of_facet, grain
+        self.blockers, self.facets = make_blockers(*made), make_blockers(*made, hull=True)
         triangles, self._face = _triangles(faces)
         self._triangles = ((triangles - self.centre) * self.scale).astype(np.float32)
         self._scene = _scene_of(self._triangles)
