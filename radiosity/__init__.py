@@ -19,8 +19,10 @@ __version__ = "0.1.0"
 # Imported when first used: numba, scipy and VTK take longer to load than `--help` may.
 _HOMES = {
     "Camera": "radiosity.scene.model",
+    "FormFactors": "radiosity.transport.operator",
     "Image": "radiosity.view.image",
     "Material": "radiosity.scene.model",
+    "NotClosable": "radiosity.transport.closure",
     "NotConverged": "radiosity.solve.methods",
     "Refused": "radiosity.solve.plan",
     "Scene": "radiosity.scene.model",
@@ -37,9 +39,9 @@ _HOMES = {
     "write": "radiosity.view.image",
 }
 __all__ = [
-    "Camera", "Image", "Material", "NotConverged", "Refused", "Scene", "SceneError", "Solution",
-    "form_factors", "load", "load_factors", "plot", "render", "save", "save_factors", "solve",
-    "to_pyvista", "write",
+    "Camera", "FormFactors", "Image", "Material", "NotClosable", "NotConverged", "Refused", "Scene",
+    "SceneError", "Solution", "form_factors", "load", "load_factors", "plot", "render",
+    "save", "save_factors", "solve", "to_pyvista", "write",
 ]  # fmt: skip
 
 

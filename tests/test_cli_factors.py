@@ -70,7 +70,7 @@ def test_the_summary_says_what_was_reached_and_the_file_holds_it(cube, tmp_path)
     lines = dict(line.split(maxsplit=1) for line in process.stdout.splitlines())
     assert lines["rows"] == "6 (0 triangles, 6 quadrilaterals)"
     assert lines["scene"] == "closed" and lines["sealed"] == "none"
-    assert "0.001 asked" in lines["error"] and lines["memory"].startswith("0.01615 MB")
+    assert "0.001 asked" in lines["error"] and lines["memory"] == "16.2 kB predicted"
     assert "saved" in process.stderr
     factors = load_factors(tmp_path / "F.npz")
     assert equal(factors, radiosity.form_factors(cube))
@@ -129,10 +129,12 @@ def test_groups_are_summed(cube, tmp_path):
                 [ADJACENT, ADJACENT, 2 * ADJACENT + OPPOSITE]]  # fmt: skip
     assert factors.toarray() == pytest.approx(np.array(expected), rel=1e-9)
     table = process.stdout.split("from, to")[1].splitlines()
-    assert table[0].split() == ["floor", "ceiling", "walls"]
+    assert table[0].split() == ["floor", "ceiling", "walls", "no", "row"]
     shown = [line.split() for line in table[1:4]]
-    assert [row[0] for row in shown] == table[0].split()
-    assert np.array([row[1:] for row in shown], float) == pytest.approx(factors.toarray(), abs=1e-6)
+    assert [row[0] for row in shown] == ["floor", "ceiling", "walls"]
+    values = np.array([row[1:] for row in shown], float)
+    assert values[:, :3] == pytest.approx(factors.toarray(), abs=1e-6)
+    assert np.all(values[:, 3] == 0)
 
 
 def test_other_formats_are_written(cube, tmp_path):
@@ -163,7 +165,7 @@ def test_backs_are_rows_where_asked(tmp_path):
     facts = json.loads(process.stdout)
     assert facts["rows"] == 2 and facts["environment_max"] == 1
     assert len(facts["groups"]) == 2 and facts["groups"][1].endswith("(back)")
-    assert facts["group_factors"] == [[0, 0], [0, 0]]
+    assert facts["group_factors"] == [[0, 0], [0, 0]] and facts["group_openness"] == [1, 1]
 
 
 def test_raw_factors_keep_their_defects(tmp_path):

@@ -108,7 +108,6 @@ def test_light_that_leaves_by_a_narrow_gap_is_not_given_to_the_rows(gap):
     closed = radiosity.form_factors(mesh_of([FLOOR, ceiling(gap)]), 1e-3)
     assert closed.exchange[0, 1] == pytest.approx(exact.exchange[0, 1], abs=1e-12)
     assert closed.environment == pytest.approx(np.full(2, missing), rel=1e-6)
-    assert closed.openness.error.max() < 1e-12  # as certain as the factor
 
 
 def test_a_closed_room_with_a_thin_sheet_on_its_floor_stays_closed():

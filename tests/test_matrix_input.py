@@ -120,6 +120,9 @@ def test_wrong_input_is_named():
         radiosity.form_factors(mesh_of(OPPOSITE), 2.0)
     with pytest.raises(ValueError, match=r"accuracy = 'fine' must be a number"):
         radiosity.form_factors(mesh_of(OPPOSITE), "fine")
+    for memory in ("4GB", -1):
+        with pytest.raises(ValueError, match=f"memory = {memory!r} must be a number of bytes"):
+            radiosity.form_factors(mesh_of(OPPOSITE), memory=memory)
     with pytest.raises(ValueError, match=r"seed = -1 must be a whole number from 0"):
         radiosity.form_factors(mesh_of(OPPOSITE), seed=-1)
 

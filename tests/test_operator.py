@@ -34,6 +34,13 @@ def test_it_multiplies_as_its_array_does():
     assert factors @ x[:, 0] == pytest.approx(factors.toarray() @ x[:, 0], rel=ROUNDING)
 
 
+def test_its_transpose_multiplies_as_its_arrays_does():
+    factors = random_factors()
+    for x in (np.arange(9.0), np.arange(18.0).reshape(9, 2)):
+        assert factors.T @ x == pytest.approx(factors.toarray().T @ x, rel=1e-13)
+        assert factors.H @ x == pytest.approx(factors.toarray().T @ x, rel=1e-13)
+
+
 def test_rows_are_divided_by_the_area_that_light_leaves():
     dims = (1.0, 2.0, 3.0)
     assert box(dims).toarray() == pytest.approx(box_form_factors(dims), rel=1e-12)  # quadrature

@@ -112,7 +112,8 @@ def formfactors(
     factors = found.factors
     if by_group:
         factors = factors.grouped(found.group, len(found.names))
-        facts |= {"groups": found.names, "group_factors": factors.toarray().tolist()}
+        facts |= {"groups": found.names, "group_factors": factors.toarray().tolist(),
+                  "group_openness": factors.openness.share.tolist()}  # fmt: skip
     if output:
         from radiosity.transport.store import save_factors
 
@@ -223,6 +224,7 @@ def _facts(found, asked, raw, seconds) -> dict:
         "memory_bytes": found.memory,
         "groups": None,
         "group_factors": None,
+        "group_openness": None,
     }
 
 
@@ -262,16 +264,19 @@ def summary(facts: dict) -> str:
     ]
     if facts["groups"] is not None:
         lines.insert(1, f"groups        {_some(facts['groups'])}")
-        lines += ["", *_table(facts["groups"], facts["group_factors"])]
+        lines += ["", *_table(facts)]
     return "\n".join(lines)
 
 
-def _table(names, factors) -> list[str]:
-    """Return a line for each of the first groups: its factors to these."""
+def _table(facts) -> list[str]:
+    """Return a line for each of the first groups: its factors to these, and to no row."""
+    names, factors = facts["groups"], facts["group_factors"]
     names = [name if len(name) <= NAME else f"{name[:5]}..{name[-5:]}" for name in names[:SHOWN]]
-    lines = [f"{'from, to':{NAME}}" + "".join(f"{name:>{NAME + 1}}" for name in names)]
-    for name, row in zip(names, factors, strict=False):
-        lines.append(f"{name:{NAME}}" + "".join(f"{x:{NAME + 1}.6f}" for x in row[:SHOWN]))
+    heads = [*names, "no row"]
+    lines = [f"{'from, to':{NAME}}" + "".join(f"{name:>{NAME + 1}}" for name in heads)]
+    for name, row, out in zip(names, factors, facts["group_openness"], strict=False):
+        shown = [*row[:SHOWN], out]
+        lines.append(f"{name:{NAME}}" + "".join(f"{x:{NAME + 1}.6f}" for x in shown))
     return lines if len(factors) <= SHOWN else [*lines, f"first {SHOWN} of {len(factors)}"]
 
 
@@ -304,7 +309,8 @@ def _judge(facts):
     if found > max(facts["error"], asked):
         remark(
             f"radiosity: a row fails to close by {found:.2e}, more than the asked {asked:g} and "
-            "than any error that was estimated: faces may overlap or cross where they should meet"
+            "than any error that was estimated: faces may overlap or cross where they should meet, "
+            "or see out by gaps that rays did not find"
         )
         raise typer.Exit(1)
     if facts["error"] > asked:

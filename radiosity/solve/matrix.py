@@ -86,6 +86,8 @@ def form_factors(
         raise ValueError(f"accuracy = {accuracy:g} must lie in [{TIGHTEST:g}, {LOOSEST:g}]")
     if not (isinstance(seed, Integral) and 0 <= seed < 2**32):
         raise ValueError(f"seed = {seed!r} must be a whole number from 0 to {2**32 - 1}")
+    if memory is not None and not (isinstance(memory, Real) and memory > 0):
+        raise ValueError(f"memory = {memory!r} must be a number of bytes above 0, such as 4e9")
     given = _read(mesh, "mesh")
     if len(given.faces) == 0:
         raise ValueError(f"none of the {given.count} faces of the mesh has an area: nothing to see")

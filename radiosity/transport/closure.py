@@ -89,16 +89,14 @@ def _openness(factors, share):
     """Return a repaired share of light that leaves the rows, of which the same part is absorbed.
 
     Where nothing left the row before: all of it in scenes whose rows see surfaces only, else none.
-    Where the share is all outside or all absorbed, it is as certain as the row.
+    The errors stay those before the repair, as those of the pairs do.
     """
     before, out = factors.openness, factors.environment
     absorbed = np.broadcast_to(before.absorbed, share.shape)
     inside = not np.any(out > 0) and np.any(absorbed > 0)
     some = before.share > 0
     part = np.where(some, absorbed / np.where(some, before.share, 1.0), float(inside))
-    mixed = (absorbed > 0) & (out > 0)
-    error = np.where(mixed, before.error, np.minimum(before.error, factors.row_errors()))
-    return Openness(share, error, share * part)
+    return Openness(share, before.error, share * part)
 
 
 def _worst(defects):

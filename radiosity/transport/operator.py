@@ -93,6 +93,12 @@ class FormFactors(LinearOperator):
     def _matvec(self, x: np.ndarray) -> np.ndarray:
         return self._matmat(x.reshape(-1, 1)).reshape(x.shape)
 
+    def _rmatmat(self, x: np.ndarray) -> np.ndarray:
+        return self.exchange @ self._per_area(x)
+
+    def _rmatvec(self, x: np.ndarray) -> np.ndarray:
+        return self._rmatmat(x.reshape(-1, 1)).reshape(x.shape)
+
     def _per_area(self, x):
         """Divide rows by their area; rows without area stay 0."""
         return x / np.where(self.area > 0, self.area, 1.0)[:, None]
