@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scenes_for_tests import SQUARE, box
+from scenes_for_tests import SQUARE, block, box
+from test_contact import divided
 
 import radiosity
 
@@ -110,14 +111,20 @@ def test_light_that_leaves_by_a_narrow_gap_is_not_given_to_the_rows(gap):
     assert closed.environment == pytest.approx(np.full(2, missing), rel=1e-6)
 
 
-def test_a_closed_room_with_a_thin_sheet_on_its_floor_stays_closed():
-    room, up = box((0, 0, 0), (1, 1, 1)), 8e-6
-    thin = np.concatenate(
-        [sheet((0.3, 0.3), (0.6, 0.7), up)[None], box((0.7, 0.2, 0), (0.9, 0.4, 0.5))[:, ::-1]]
+@pytest.mark.parametrize("seed", range(3))
+def test_a_closed_room_with_a_thin_slab_on_its_floor_stays_closed(seed):
+    """So thin that rays from beneath start beyond it; blocks leave the rows some defect."""
+    rng = np.random.default_rng(seed)
+    corner = rng.uniform(0.1, 0.5, 2)
+    slab = block(
+        (*corner, 0), (*(corner + rng.uniform(0.1, 0.4, 2)), 10 ** rng.uniform(-5.3, -4.7))
     )
-    for accuracy in (0.1, 1e-3):
-        found = radiosity.form_factors(mesh_of([*room, *thin]), accuracy, two_sided=False)
-        assert np.all(found.environment[:6] == 0)
+    room, blocks = divided(box((0, 0, 0), (1, 1, 1)), 3), []
+    for low in rng.uniform(0.05, 0.7, (6, 3)) * [1, 1, 0.8] + [0, 0, 0.1]:
+        blocks += [*block(low, low + rng.uniform(0.03, 0.2, 3))]
+    found = radiosity.form_factors(mesh_of([*room, *slab, *blocks]), 1e-2)
+    assert found.is_closed and np.all(found.environment == 0)
+    assert np.abs(found.raw_closure).max() > 1e-6
 
 
 @pytest.mark.parametrize("width", [1e-3, 1e-4, 3e-5])

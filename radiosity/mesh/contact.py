@@ -105,7 +105,8 @@ def _candidates(faces, facets, normals, touch, count):
     if 2 * len(facets.count) > len(v) or blur > 0.1 * touch:
         return _reaching(v, normals, touch, CAUTION, (_vertices, _marks), lambda f, g: f < count)
     pairs = _reaching(facets.vertices, facets.normal, touch, WELDED, (_vertices,))
-    code, m = np.sort(pairs[0] * len(of) + pairs[1]), len(of)
+    m = len(of)
+    code = pairs[0] * m + pairs[1]
     some = np.flatnonzero(np.isin(of, pairs))
 
     def wanted(f, g):

@@ -80,14 +80,7 @@ def form_factors(
     >>> F.shape, bool(abs(F.row_sums() - 1).max() < 1e-12)
     ((12, 12), True)
     """
-    if not isinstance(accuracy, Real):
-        raise ValueError(f"accuracy = {accuracy!r} must be a number, such as 0.001")
-    if not TIGHTEST <= accuracy <= LOOSEST:
-        raise ValueError(f"accuracy = {accuracy:g} must lie in [{TIGHTEST:g}, {LOOSEST:g}]")
-    if not (isinstance(seed, Integral) and 0 <= seed < 2**32):
-        raise ValueError(f"seed = {seed!r} must be a whole number from 0 to {2**32 - 1}")
-    if memory is not None and not (isinstance(memory, Real) and memory > 0):
-        raise ValueError(f"memory = {memory!r} must be a number of bytes above 0, such as 4e9")
+    _check_options(accuracy, seed, memory)
     given = _read(mesh, "mesh")
     if len(given.faces) == 0:
         raise ValueError(f"none of the {given.count} faces of the mesh has an area: nothing to see")
@@ -115,6 +108,17 @@ def form_factors(
     if len(owner) != count or not np.array_equal(owner, np.arange(count)):
         raw = raw.grouped(owner, count)
     return repaired(raw) if repair else raw
+
+
+def _check_options(accuracy, seed, memory):
+    if not isinstance(accuracy, Real):
+        raise ValueError(f"accuracy = {accuracy!r} must be a number, such as 0.001")
+    if not TIGHTEST <= accuracy <= LOOSEST:
+        raise ValueError(f"accuracy = {accuracy:g} must lie in [{TIGHTEST:g}, {LOOSEST:g}]")
+    if not (isinstance(seed, Integral) and 0 <= seed < 2**32):
+        raise ValueError(f"seed = {seed!r} must be a whole number from 0 to {2**32 - 1}")
+    if memory is not None and not (isinstance(memory, Real) and memory > 0):
+        raise ValueError(f"memory = {memory!r} must be a number of bytes above 0, such as 4e9")
 
 
 def _read(mesh, name) -> Given:

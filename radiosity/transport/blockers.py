@@ -52,7 +52,9 @@ def make_blockers(corners, count, normal, body, grain, hull: bool = False) -> Bl
         Keep those that cannot block too.
     """
     grain = np.full(len(corners), grain, float)
-    inside = np.flatnonzero(hull | ~_on_the_hull(corners, normal, 8.0 * grain))
+    inside = np.arange(len(corners))
+    if not hull:
+        inside = np.flatnonzero(~_on_the_hull(corners, normal, 8.0 * grain))
     order = inside[np.argsort(_morton(corners[inside].mean(axis=1)), kind="stable")]
     corners, count, normal, body = corners[order], count[order], normal[order], body[order]
     grain = grain[order]

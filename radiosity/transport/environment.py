@@ -85,9 +85,9 @@ def measure_openness(
     ends = _Ends(patches, visibility, live)
     _trace(met, rows, range(count), patches, visibility, ends, seed)
     more = met[:, ROW] < count
-    missing = np.zeros(len(patches)) if pairs is None else 1.0 - pairs.row_sums()
-    known = np.zeros(len(patches)) if pairs is None else pairs.row_errors()
-    more |= np.abs(missing) > known + DOUBT * accuracy
+    if pairs is not None:
+        missing, known = 1.0 - pairs.row_sums(), pairs.row_errors()
+        more |= np.abs(missing) > known + DOUBT * accuracy
     wanted = int(np.clip((0.5 * SPREAD / accuracy) ** (1.0 / 0.6), count, MOST))
     if wanted > count:
         _trace(met, rows[more[rows]], range(count, wanted), patches, visibility, ends, seed)

@@ -5,7 +5,7 @@ from numba import njit
 
 from radiosity.mesh.patches import Patches
 from radiosity.transport.blockers import APART, FLAT, MOST
-from radiosity.transport.environment import measure_openness
+from radiosity.transport.environment import FEW, measure_openness
 from radiosity.transport.exchange import Geometry, make_geometry
 from radiosity.transport.occlusion import refined_shares
 from radiosity.transport.operator import FormFactors
@@ -21,8 +21,8 @@ TILE = 64
 # entry too small to matter: 1 together.
 WHOLE, SHARE, SMALL = 1e-2, 0.75, 0.24
 TIGHTEST, LOOSEST = 1e-12, 1e-4
-# So few patches get exact unoccluded factors, and shares with so much more care.
-FEW, CARE = 64, 0.05
+# FEW patches get exact unoccluded factors, and shares with so much more care.
+CARE = 0.05
 
 
 def patch_geometry(patches: Patches, visibility: Visibility) -> Geometry:

@@ -113,17 +113,19 @@ def _measured(polygon, part, normal, target, other, measure, shadows, quad, out)
     if not good or not _cell(quad, box, OUTER, normal, target, shadows, out):
         return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     apart = max(BEND * out[2], _difference(measure, inner, of_inner, out[0], out[1]))
-    nothing, corners = LEAK * shadows[2], np.empty((4, 3))
-    _corners(quad, box, shadows[4], corners)
-    if inner <= nothing * of_inner and out[0] <= nothing * out[1]:
-        back = _seen_back(corners, normal, target, other, shadows, quad)
-        if back < 0.0:
-            return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
-        apart = max(apart, back)
-    elif apart < GRAZE * side * side * out[1]:
-        missed = _unseen_blockers(corners, normal, target, shadows)
-        apart = max(apart, min(missed, GRAZE * side * side * out[1]))
     seen, whole = TILT * inner + (1.0 - TILT) * out[0], TILT * of_inner + (1.0 - TILT) * out[1]
+    nothing, most = LEAK * shadows[2], GRAZE * side * side * out[1]
+    hidden = inner <= nothing * of_inner and out[0] <= nothing * out[1]
+    if hidden or apart < most:
+        corners = np.empty((4, 3))
+        _corners(quad, box, shadows[4], corners)
+        if hidden:
+            missed = _seen_back(corners, normal, target, other, shadows, quad)
+            if missed < 0.0:
+                return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
+        else:
+            missed = min(most, _unseen_blockers(corners, normal, target, shadows))
+        apart = max(apart, missed)
     return -apart, first, s, t, side, seen, whole
 
 
