@@ -8,7 +8,7 @@ from radiosity.analytic import load_cases
 from radiosity.transport.exchange import exchange_area, load_fronts, make_geometry, make_room
 from radiosity.transport.partial import partial_exchange
 from radiosity.transport.polygon import bilinear
-from radiosity.transport.shadow import make_shade, visible_factor
+from radiosity.transport.shadow import Shadows, make_shade, visible_factor
 from radiosity.transport.visibility import Visibility
 
 BELOW, ABOVE = SQUARE, SQUARE[::-1] + [0, 0, 1.0]
@@ -42,13 +42,18 @@ class Pair:
         own = np.array([corners[b, : count[b]].mean(axis=0) for b in range(len(count))])
         return np.array([any(np.allclose(o, m) for m in middles) for o in own], bool)
 
+    def shadows(self, active, x):
+        return Shadows(
+            self.visibility.blockers, active, self.geometry.grain.max(), make_shade(), x, False
+        )
+
     def exchange(self, tolerance, i=0, j=1, order=None):
         """Return visible share, its error and the unoccluded exchange, all as shares of this."""
         room = make_room()
         whole, _ = exchange_area(self.geometry, i, j, 1e-12, room)
         counts = load_fronts(self.geometry, i, j, room)
         active = self.active if order is None else self.active[order]
-        shadows = self.visibility.blockers, active, self.geometry.grain.max(), make_shade(), room.x
+        shadows = self.shadows(active, room.x)
         seen, error = partial_exchange(
             self.geometry, i, j, *counts, whole, tolerance, shadows, room
         )
@@ -56,15 +61,15 @@ class Pair:
 
     def plain_share(self, n=160, i=0, j=1):
         """The slow twin: visible and unoccluded factors summed over n x n points of polygon i."""
-        g, shade, x = self.geometry, make_shade(), np.empty(3)
-        none = self.active[:0]
+        g, x = self.geometry, np.empty(3)
+        some, none = self.shadows(self.active, x), self.shadows(self.active[:0], x)
         seen = whole = 0.0
         for s in (np.arange(n) + 0.5) / n:
             for t in (np.arange(n) + 0.5) / n:
                 w = bilinear(g.vertices[i], s, t, x)
-                args = x, g.normal[i], g.vertices[j], self.visibility.blockers
-                seen += w * visible_factor(*args, self.active, g.grain[0], shade)[0]
-                whole += w * visible_factor(*args, none, g.grain[0], shade)[0]
+                args = x, g.normal[i], g.vertices[j]
+                seen += w * visible_factor(*args, some)[0]
+                whole += w * visible_factor(*args, none)[0]
         return seen / whole
 
 

@@ -6,7 +6,7 @@ from scenes_for_tests import SQUARE, rotation
 
 from radiosity.transport.blockers import Blockers
 from radiosity.transport.polygon import point_factor
-from radiosity.transport.shadow import OVERFLOW, make_shade, visible_factor
+from radiosity.transport.shadow import OVERFLOW, Shadows, make_shade, visible_factor
 
 GRAIN = 1e-15  # of coordinates about 1
 TARGET = SQUARE[::-1] + [-0.5, -0.5, 1.0]  # above the origin, looking down
@@ -30,10 +30,9 @@ def blockers_of(polygons):
 def seen(x, polygons, target=TARGET, normal=UP, order=None):
     """Return (visible factor, whether anything is taken away)."""
     order = np.arange(len(polygons)) if order is None else np.asarray(order)
-    blockers = blockers_of(polygons)
-    return visible_factor(
-        np.asarray(x, float), normal, target, blockers, order.astype(np.int64), GRAIN, make_shade()
-    )
+    x, order = np.asarray(x, float), order.astype(np.int64)
+    shadows = Shadows(blockers_of(polygons), order, GRAIN, make_shade(), x, False)
+    return visible_factor(x, normal, target, shadows)
 
 
 def whole(x, target=TARGET, normal=UP):

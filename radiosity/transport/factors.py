@@ -21,7 +21,8 @@ TILE = 64
 # entry too small to matter: 1 together.
 WHOLE, SHARE, SMALL = 1e-2, 0.75, 0.24
 TIGHTEST, LOOSEST = 1e-12, 1e-4
-# FEW patches get exact unoccluded factors, and shares with so much more care.
+# FEW patches get exact unoccluded factors, shares with so much more care, and a careful look for
+# shadows between sample points.
 CARE = 0.05
 
 
@@ -65,9 +66,10 @@ def form_factors(
     columns, blockers = make_columns(geometry), visibility.blockers
     how = look_near(geometry, blockers)
     limit = np.where(how == APART, FEWER, MOST)
-    barriers = Barriers(blockers, visibility.free_sides(patches), limit)
-    whole = TIGHTEST if n <= FEW else float(np.clip(WHOLE * accuracy, TIGHTEST, LOOSEST))
-    care = CARE if n <= FEW else 1.0
+    few = n <= FEW
+    barriers = Barriers(blockers, visibility.free_sides(patches), limit, few)
+    whole = TIGHTEST if few else float(np.clip(WHOLE * accuracy, TIGHTEST, LOOSEST))
+    care = CARE if few else 1.0
     asked = whole, care * SHARE * accuracy, care * SMALL * accuracy / max(1, n)
     unit = visibility.scale**-2.0
 

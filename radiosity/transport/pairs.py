@@ -47,7 +47,7 @@ from radiosity.transport.screen import (
     products,
     screen,
 )
-from radiosity.transport.shadow import make_shade
+from radiosity.transport.shadow import Shadows, make_shade
 from radiosity.transport.shaft import half_shaft_planes, shaft_planes
 from radiosity.transport.visibility import LIFT
 
@@ -60,11 +60,11 @@ RAYS = -1.0
 FEWER, COARSE, NEAR = 4, 7e-3, 4.0 * LIFT
 
 
-Barriers = namedtuple("Barriers", "blockers free limit")
+Barriers = namedtuple("Barriers", "blockers free limit careful")
 Barriers.__doc__ = """What can hide pairs.
 
 free (n, bodies + 1) bool: see `Visibility.free_sides`; limit (n,): how many blockers are cut out
-exactly where rays would do, FEWER or MOST.
+exactly where rays would do, FEWER or MOST; careful: see `Shadows`.
 """
 Spaces = namedtuple("Spaces", "room shade walk run lines sides planes")
 Spaces.__doc__ = "Space for one thread: see `make_room`, `make_shade`, `find_blockers`."
@@ -257,7 +257,9 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
     if count > 0:
         for k in range(count):
             grain = max(grain, barriers.blockers.grain[found[k]])
-        shadows = (barriers.blockers, found[:count], grain, spaces.shade, spaces.room.x)
+        shadows = Shadows(
+            barriers.blockers, found[:count], grain, spaces.shade, spaces.room.x, barriers.careful
+        )
         seen, doubt = partial_exchange(
             geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
         )

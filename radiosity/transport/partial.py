@@ -15,7 +15,7 @@ from numba import njit
 from radiosity.transport.blockers import AWAY, COVERS, between
 from radiosity.transport.exchange import sum_of_squares
 from radiosity.transport.polygon import TINY, area_of, bilinear, point_factor
-from radiosity.transport.shadow import lies_over, visible_factor
+from radiosity.transport.shadow import hidden_share, visible_factor
 from radiosity.transport.shaft import beside, edge_planes
 
 MOST_CELLS = 1 << 13  # of one pair, after which its error is reported as it is
@@ -33,6 +33,10 @@ INNER = np.array([[0.5 - _G, 0.5 - _G, 0.25], [0.5 - _G, 0.5 + _G, 0.25],
                   [0.5 + _G, 0.5 - _G, 0.25], [0.5 + _G, 0.5 + _G, 0.25]])  # fmt: skip
 OUTER = np.array([[0.5 - _C, 0.5 - _C, _W], [0.5 - _C, 0.5 + _C, _W], [0.5 + _C, 0.5 - _C, _W],
                   [0.5 + _C, 0.5 + _C, _W], [0.5, 0.5, 1.0 - 4.0 * _W]])  # fmt: skip
+# A blocker of which no point sees more hidden may hide more between the points: where careful
+# NOTICED, of the most that it may hide at all, otherwise MUCH, which is what rounding leaves. Where
+# points see no more, a part of a polygon is looked at from the target too: where careful DIM.
+NOTICED, MUCH, DIM = 0.1, 1e-12, 1e-2
 BEND = 0.1  # of what middle and corners differ by, rules that agree by chance may still be wrong
 GRAZE = 0.1  # of a cell in which a shadow could lie between the points of both rules
 TILT = 0.6  # weight of the first in their mean, in which errors of the fourth degree cancel
@@ -44,16 +48,16 @@ def _cell(quad, box, rule, normal, target, shadows, out):
 
     The third is how much of it the rule's last point sees differently from the others: with OUTER
     the middle from the corners. ``box`` (s0, s1, t0, t1) is the part's place on the unit square;
-    ``shadows`` holds the blockers, those active, the grain, space, and a point.
+    ``shadows`` is a `Shadows`.
     """
-    blockers, active, grain, shade, x = shadows
+    x = shadows.x
     out[0] = out[1] = before = of_before = 0.0
     size = (box[1] - box[0]) * (box[3] - box[2])
     for k in range(len(rule)):
         s = box[0] + rule[k, 0] * (box[1] - box[0])
         t = box[2] + rule[k, 1] * (box[3] - box[2])
         weight = size * rule[k, 2] * bilinear(quad, s, t, x)
-        seen, touched = visible_factor(x, normal, target, blockers, active, grain, shade)
+        seen, touched = visible_factor(x, normal, target, shadows)
         if seen < 0.0:
             return False
         whole = seen
@@ -114,18 +118,18 @@ def _measured(polygon, part, normal, target, other, measure, shadows, quad, out)
         return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     apart = max(BEND * out[2], _difference(measure, inner, of_inner, out[0], out[1]))
     seen, whole = TILT * inner + (1.0 - TILT) * out[0], TILT * of_inner + (1.0 - TILT) * out[1]
-    nothing, most = LEAK * shadows[2], GRAZE * side * side * out[1]
-    hidden = inner <= nothing * of_inner and out[0] <= nothing * out[1]
-    if hidden or apart < most:
+    most, dark = GRAZE * side * side * out[1], DIM if shadows.careful else LEAK * shadows.grain
+    dark = inner <= dark * of_inner and out[0] <= dark * out[1]
+    if dark or apart < most:
         corners = np.empty((4, 3))
-        _corners(quad, box, shadows[4], corners)
-        if hidden:
-            missed = _seen_back(corners, normal, target, other, shadows, quad)
-            if missed < 0.0:
+        _corners(quad, box, shadows.x, corners)
+        if not dark:
+            apart = max(apart, min(most, _overlooked(corners, normal, target, out[1], shadows)))
+        elif not _is_covered(corners, target, shadows):
+            back = _seen_back(corners, target, other, shadows, quad)
+            if back < 0.0:
                 return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
-        else:
-            missed = min(most, _unseen_blockers(corners, normal, target, shadows))
-        apart = max(apart, missed)
+            apart = max(apart, abs(back - seen), most if shadows.careful else 0.0)
     return -apart, first, s, t, side, seen, whole
 
 
@@ -139,13 +143,14 @@ def _corners(quad, box, x, corners):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _unseen_blockers(corners, normal, target, shadows):
-    """Return the most that active blockers may take away which no point saw over the target.
+def _overlooked(corners, normal, target, whole, shadows):
+    """Return the most that active blockers may take away of which no point saw much.
 
-    That is their area, of those that reach into the shaft of a part of a polygon and the target.
+    That is of those that reach into the shaft of a part of a polygon and the target, and hide from
+    no point a NOTICED part of it. ``whole`` is the unoccluded exchange.
     """
-    blockers, active, grain = shadows[:3]
-    planes, slack, most = np.empty((4, 4)), 4.0 * grain, 0.0
+    blockers, active, slack = shadows.blockers, shadows.active, 4.0 * shadows.grain
+    planes, total = np.empty((4, 4)), 0.0
     bounds = planes[: edge_planes(corners, normal, target, slack, planes, 0)]
     for m in range(len(active)):
         b = active[m]
@@ -154,41 +159,63 @@ def _unseen_blockers(corners, normal, target, shadows):
             continue
         if between(polygon, blockers.normal[b], corners, target, slack) == AWAY:
             continue
-        if not _lies_over_any(corners, target, polygon, blockers.normal[b], shadows):
-            most += area_of(polygon)
-    return most
+        most = area_of(polygon) * min(1.0, _spread(polygon, corners), _spread(polygon, target))
+        least = NOTICED * min(1.0, most / max(whole, TINY)) if shadows.careful else MUCH
+        if not _hides_from_any(corners, target, polygon, blockers.normal[b], least, shadows):
+            total += most
+    return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lies_over_any(corners, target, polygon, normal, shadows):
-    """Whether any point of both rules on a part sees a blocker over the target."""
-    _, _, grain, shade, x = shadows
+def _spread(polygon, other):
+    """Return about the most that any point of a polygon sees of another: area / (pi distance^2)."""
+    square = 0.0
+    for c in range(3):
+        low, high, middle = 1e300, -1e300, 0.0
+        for k in range(len(polygon)):
+            low, high = min(low, polygon[k, c]), max(high, polygon[k, c])
+        for k in range(len(other)):
+            middle += other[k, c] / len(other)
+        square += max(0.0, low - middle, middle - high) ** 2
+    return area_of(other) / max(math.pi * square, TINY)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _hides_from_any(corners, target, polygon, normal, least, shadows):
+    """Whether a blocker hides at least such a share from any point of both rules on a part."""
+    x = shadows.x
     for rule in (OUTER, INNER):
         for k in range(len(rule)):
             bilinear(corners, rule[k, 0], rule[k, 1], x)
-            if lies_over(x, target, polygon, normal, grain, shade):
+            if hidden_share(x, target, polygon, normal, shadows) > least:
                 return True
     return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _seen_back(corners, normal, target, other, shadows, quad):
-    """Return the exchange that a few points of the target see of a part of a polygon.
-
-    For a part of which no point sees anything: a slit near to it, between its points, is open to
-    all points of the target. 0 where one blocker covers all; negative where a shadow failed.
-    """
-    blockers, active, grain, shade, x = shadows
+def _is_covered(corners, target, shadows):
+    """Whether one blocker hides all of a part of a polygon from the target."""
+    blockers, active, slack = shadows.blockers, shadows.active, 4.0 * shadows.grain
     for m in range(len(active)):
         polygon = blockers.corners[active[m], : blockers.count[active[m]]]
-        if between(polygon, blockers.normal[active[m]], corners, target, 4.0 * grain) == COVERS:
-            return 0.0
+        if between(polygon, blockers.normal[active[m]], corners, target, slack) == COVERS:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _seen_back(corners, target, other, shadows, quad):
+    """Return the exchange that a few points of the target see of a part of a polygon.
+
+    For a part of which no point sees much: a slit near to it, between its points, is open to all
+    points of the target. Negative where a shadow failed.
+    """
     total = 0.0
     for first in range(1, len(target) - 1, 2):
         _root(target, first, quad)
         for k in range(len(INNER)):
-            weight = INNER[k, 2] * bilinear(quad, INNER[k, 0], INNER[k, 1], x)
-            seen = visible_factor(x, other, corners, blockers, active, grain, shade)[0]
+            weight = INNER[k, 2] * bilinear(quad, INNER[k, 0], INNER[k, 1], shadows.x)
+            seen = visible_factor(shadows.x, other, corners, shadows)[0]
             if seen < 0.0:
                 return seen
             total += weight * seen
@@ -256,19 +283,19 @@ def partial_exchange(geometry, i, j, count_p, count_q, whole, tolerance, shadows
         The pair's unoccluded exchange, which the visible share multiplies.
     tolerance : float
         Of the share.
-    shadows : (blockers, active, grain, shade, x)
+    shadows : Shadows
     """
     p, q = room.p[:count_p], room.q[:count_q]
     n, o = geometry.normal[i], geometry.normal[j]
     out, quad = room.found, room.quad
-    turned = _nearer_to_first(geometry, i, j, shadows[0], shadows[1])
+    turned = _nearer_to_first(geometry, i, j, shadows.blockers, shadows.active)
     one, normal, two, other = (q, o, p, n) if turned else (p, n, q, o)
     if not _adaptive(one, normal, two, other, (1.0 - ROUGH) * tolerance, SHARE, shadows, quad, out):
         return FAILED, 0.0
     if out[1] <= 0.0:
         return whole, whole
     share, doubt = out[0] / out[1], out[2] / out[1]
-    if share <= LEAK * shadows[2]:
+    if share <= LEAK * shadows.grain:
         return 0.0, whole * (share + doubt)
     blur = abs(out[1] - whole) * min(share, 1.0 - share)
     if blur <= ROUGH * tolerance * whole or not 0.0 < share < 1.0:

@@ -17,10 +17,16 @@ PARTS = 256  # of a polygon that wait to be cut
 CORNERS = 24
 PLANES = 9  # of a blocker: its own and one an edge
 OVERFLOW = -1.0
-MUCH = 1e-12  # of an area: less is what rounding leaves
 
 Shade = namedtuple("Shade", "planes count parts corners next inner heights")
 Shade.__doc__ = "Space for one thread: planes of blockers seen from a point, parts of a polygon."
+
+Shadows = namedtuple("Shadows", "blockers active grain shade x careful")
+Shadows.__doc__ = """What hides a pair of polygons, and space to cut it out.
+
+active (m,) int64: of the blockers; grain: how far rounding may have moved a corner; x (3,): space
+for a point; careful: whether to look harder for what lies between the points of a rule.
+"""
 
 
 def make_shade() -> Shade:
@@ -139,23 +145,26 @@ def _cut_out(shade, part, planes, after, waiting):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lies_over(x, target, corners, normal, grain, shade):
-    """Whether a blocker hides a part of a polygon from a point, more than what rounding leaves."""
-    planes = shade.planes[0, : _cone(x, corners, normal, grain, shade.planes[0])]
+def hidden_share(x, target, corners, normal, shadows):
+    """Return the share of a polygon's area that a blocker hides from a point."""
+    shade = shadows.shade
+    planes = shade.planes[0, : _cone(x, corners, normal, shadows.grain, shade.planes[0])]
     if len(planes) == 0 or _misses(target, planes):
-        return False
+        return 0.0
     part, count = shade.parts[0], len(target)
     for k in range(count):
         _copy(target, k, part, k)
     for m in range(len(planes)):
+        if count > CORNERS - 2:
+            break
         count, _ = _split(part, count, planes[m], shade.parts[1], shade.inner, shade.heights)
-        if count < 3 or count > CORNERS - 2:
-            return count > 2
-    return area_of(part[:count]) > MUCH * area_of(target)
+        if count < 3:
+            return 0.0
+    return area_of(part[:count]) / area_of(target)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def visible_factor(x, normal, target, blockers, active, grain, shade):
+def visible_factor(x, normal, target, shadows):
     """Factor from a surface element to the parts of a polygon that the active blockers leave.
 
     Parameters
@@ -163,8 +172,7 @@ def visible_factor(x, normal, target, blockers, active, grain, shade):
     x, normal : (3,)
     target : (k, 3)
         Convex, wholly in front of the element, facing it.
-    active : (m,) int64
-        Of the blockers.
+    shadows : Shadows
 
     Returns
     -------
@@ -173,10 +181,11 @@ def visible_factor(x, normal, target, blockers, active, grain, shade):
     touched : bool
         Whether any blocker takes something away.
     """
+    blockers, active, shade = shadows.blockers, shadows.active, shadows.shade
     for m in range(len(active)):
         b = active[m]
         corners = blockers.corners[b, : blockers.count[b]]
-        shade.count[m] = _cone(x, corners, blockers.normal[b], grain, shade.planes[m])
+        shade.count[m] = _cone(x, corners, blockers.normal[b], shadows.grain, shade.planes[m])
     for k in range(len(target)):
         _copy(target, k, shade.parts[0], k)
     shade.corners[0], shade.next[0] = len(target), 0
