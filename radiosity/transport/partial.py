@@ -118,8 +118,8 @@ def _measured(polygon, part, normal, target, other, measure, shadows, quad, out)
         return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     apart = max(BEND * out[2], _difference(measure, inner, of_inner, out[0], out[1]))
     seen, whole = TILT * inner + (1.0 - TILT) * out[0], TILT * of_inner + (1.0 - TILT) * out[1]
-    most, dark = GRAZE * side * side * out[1], DIM if shadows.careful else LEAK * shadows.grain
-    dark = inner <= dark * of_inner and out[0] <= dark * out[1]
+    most, dim = GRAZE * side * side * out[1], DIM if shadows.careful else LEAK * shadows.grain
+    dark = inner <= dim * of_inner and out[0] <= dim * out[1]
     if dark or apart < most:
         corners = np.empty((4, 3))
         _corners(quad, box, shadows.x, corners)
