@@ -14,9 +14,18 @@ def ceiling(height):
     return SQUARE[::-1] + [0, 0, height]
 
 
+def rectangle(low, high):
+    """Return the rectangle between two corners that share one coordinate."""
+    axis = int(np.argmin(np.abs(np.subtract(high, low))))
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    corners = np.tile(np.array(low, float), (4, 1))
+    corners[1:3, u], corners[2:, v] = high[u], high[v]
+    return corners
+
+
 def sheet(low, high, z):
     """Return the rectangle between two corners (x, y) at a height."""
-    return np.array([[*low, z], [high[0], low[1], z], [*high, z], [low[0], high[1], z]])
+    return rectangle((*low, z), (*high, z))
 
 
 def mesh_of(polygons):
@@ -89,17 +98,17 @@ def test_closed_rooms_with_two_bodies_close_within_their_estimates(seed):
     assert np.all(np.abs(found.closure) < 2 * found.row_errors() + 1e-12)
 
 
-# Rectangles (least and largest corner) close to one or both of two walls, which leave slivers open
-# between all sample points.
+# Two walls of a `box`, and rectangles close to one or both, which leave slivers open between all
+# sample points.
 SLIVERS = {
     "both ends": (
-        ((0, 1, 0), (1, 1, 1)), ((0, 0, 0), (1, 0, 1)),
+        (5, 4),
         [((0.7849, 0.002, -0.0324), (1.1661, 0.002, 0.8002)),
          ((0.0141, 0.9925, 0.0064), (1.0102, 0.9925, 0.655)),
          ((0.1449, 0.018, 0.1139), (0.9141, 0.018, 1.0253))],
     ),
     "a corner": (
-        ((0, 0, 0), (1, 1, 0)), ((1, 0, 0), (1, 1, 1)),
+        (0, 3),
         [((0.7312, 0.4423, 0.0355), (0.8252, 0.5107, 0.0355)),
          ((0.6598, 0.2996, 0.0024), (0.9803, 0.7337, 0.0024)),
          ((0.9944, -0.0636, 0.0084), (1.1945, 0.6421, 0.0084)),
@@ -110,31 +119,14 @@ SLIVERS = {
 }  # fmt: skip
 
 
-def rectangle(low, high):
-    """Return the rectangle between two corners that share one coordinate."""
-    axis = int(np.argmin(np.abs(np.subtract(high, low))))
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    corners = np.tile(np.array(low, float), (4, 1))
-    corners[1:3, u], corners[2:, v] = high[u], high[v]
-    return corners
-
-
-def facing_in(polygon):
-    """Return a polygon turned to the middle of the unit cube."""
-    normal = np.cross(polygon[1] - polygon[0], polygon[2] - polygon[0])
-    return polygon if normal @ (0.5 - polygon[0]) > 0 else polygon[::-1]
-
-
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
 @pytest.mark.parametrize("where", SLIVERS)
 def test_slivers_that_sheets_leave_at_both_ends_are_found(where, accuracy):
-    one, two, sheets = SLIVERS[where]
-    one, two = facing_in(rectangle(*one)), facing_in(rectangle(*two))
-    sheets = [rectangle(*s) for s in sheets]
-    parts = [*divided(one[None], 5), *divided(two[None], 5)]
-    fine = raw(parts, 1e-3, sheets)
+    pair, sheets = SLIVERS[where]
+    walls, sheets = box((0, 0, 0), (1, 1, 1))[[*pair]], [rectangle(*s) for s in sheets]
+    fine = raw(divided(walls, 5), 1e-3, sheets)
     expected, doubt = fine.exchange[:25, 25:].sum(), fine.error[:25, 25:].max()
-    found = raw([one, two], accuracy, sheets)
+    found = raw(walls, accuracy, sheets)
     assert abs(found.exchange[0, 1] - expected) < 1.5 * found.error[0, 1] + 5 * doubt
 
 

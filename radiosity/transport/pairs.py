@@ -255,11 +255,7 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
         return value, RAYS
     seen, doubt = FAILED, 0.0
     if count > 0:
-        for k in range(count):
-            grain = max(grain, barriers.blockers.grain[found[k]])
-        shadows = Shadows(
-            barriers.blockers, found[:count], grain, spaces.shade, spaces.room.x, barriers.careful
-        )
+        shadows = _shadows_of(barriers, found[:count], grain, spaces)
         seen, doubt = partial_exchange(
             geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
         )
@@ -270,3 +266,12 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
         hidden = 1.0 if seen < 0.0 else min(1.0, max(0.0, 1.0 - (seen - doubt) / value))
         return value, RAYS if flat == 0 else RAYS - hidden
     return seen, doubt + error if seen > 0.0 or doubt > 0.0 else 0.0  # hidden for certain
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _shadows_of(barriers, active, grain, spaces):
+    """Return the shadows of active blockers on a pair whose corners rounding moved by ``grain``."""
+    blockers = barriers.blockers
+    for k in range(len(active)):
+        grain = max(grain, blockers.grain[active[k]])
+    return Shadows(blockers, active, grain, spaces.shade, spaces.room.x, barriers.careful)

@@ -147,7 +147,8 @@ def _overlooked(corners, normal, target, whole, shadows):
     """Return the most that active blockers may take away of which no point saw much.
 
     That is of those that reach into the shaft of a part of a polygon and the target, and hide from
-    no point a NOTICED part of it. ``whole`` is the unoccluded exchange.
+    no point more than MUCH or, where careful, NOTICED of the most that they may hide. ``whole`` is
+    the unoccluded exchange.
     """
     blockers, active, slack = shadows.blockers, shadows.active, 4.0 * shadows.grain
     planes, total = np.empty((4, 4)), 0.0
@@ -159,11 +160,18 @@ def _overlooked(corners, normal, target, whole, shadows):
             continue
         if between(polygon, blockers.normal[b], corners, target, slack) == AWAY:
             continue
-        most = area_of(polygon) * min(1.0, _spread(polygon, corners), _spread(polygon, target))
-        least = NOTICED * min(1.0, most / max(whole, TINY)) if shadows.careful else MUCH
+        least = MUCH
+        if shadows.careful:
+            least = NOTICED * min(1.0, _passage(polygon, corners, target) / max(whole, TINY))
         if not _hides_from_any(corners, target, polygon, blockers.normal[b], least, shadows):
-            total += most
+            total += _passage(polygon, corners, target)
     return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _passage(polygon, p, q):
+    """Return about the most exchange between two polygons that can pass through a third."""
+    return area_of(polygon) * min(1.0, _spread(polygon, p), _spread(polygon, q))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
