@@ -23,8 +23,8 @@ def blockers_of(polygons):
         count[m] = len(polygon)
         across = np.cross(polygon[1] - polygon[0], polygon[2] - polygon[0])
         normal[m] = across / np.linalg.norm(across)
-    boxes = np.zeros((2, 3)), np.ones((2, 3))
-    return Blockers(corners, count, normal, np.zeros(k, int), np.zeros(k), *boxes, 1)
+    boxes, alone = (np.zeros((2, 3)), np.ones((2, 3))), np.full((k, 8), -1)
+    return Blockers(corners, count, normal, np.zeros(k, int), alone, np.zeros(k), *boxes, 1)
 
 
 def seen(x, polygons, target=TARGET, normal=UP, order=None):

@@ -11,6 +11,7 @@ from collections import namedtuple
 import numpy as np
 from numba import njit
 
+from radiosity.mesh.faces import meeting_edges, welded
 from radiosity.transport.polygon import heights
 from radiosity.transport.shaft import beside, box_beside
 
@@ -19,19 +20,21 @@ MOST = 32  # blockers in one shaft that are cut out exactly
 HIDDEN, TOO_MANY = -1, -2
 NEXT, END, WAITING, NODES = 0, 1, 2, 3  # in a walk, see `_next_blocker`
 AWAY, BETWEEN, COVERS = 0, 1, 2
+ACROSS, OUTSIDE, INSIDE = 0, 1, 2  # of an edge
 APART, PARTLY, FLAT = 0, 1, 2
 # What lies flat on a polygon: least cosine to it, and in reaches the least height of the highest
 # point over it (lower is contact or rounding), and the largest.
 PARALLEL, FLUSH, SHALLOW = 0.9, 0.025, 25.0
 DIRECTIONS, CHUNK = 64, 256
 
-Blockers = namedtuple("Blockers", "corners count normal body grain low high leaves")
+Blockers = namedtuple("Blockers", "corners count normal body beyond grain low high leaves")
 Blockers.__doc__ = """Convex polygons in Morton order, and the boxes of a binary tree over them.
 
 corners (k, 8, 3), count (k,), normal (k, 3), body (k,): which closed surface it belongs to, see
-`Bodies`; grain (k,): how far rounding may have moved a corner; low and high (2 leaves, 3): node 1
-is the root, the children of node m are 2 m and 2 m + 1, leaf l is node leaves + l and holds the
-LEAF blockers from LEAF l on.
+`Bodies`; beyond (k, 8): which one shares the edge that begins at each corner, -1 where none does,
+wound the same way and turned the least; grain (k,): how far rounding may have moved a corner; low
+and high (2 leaves, 3): node 1 is the root, the children of node m are 2 m and 2 m + 1, leaf l is
+node leaves + l and holds the LEAF blockers from LEAF l on.
 """
 
 
@@ -69,8 +72,23 @@ def make_blockers(corners, count, normal, body, grain, hull: bool = False) -> Bl
         high[m] = np.maximum(high[2 * m], high[2 * m + 1])
     return Blockers(
         np.ascontiguousarray(corners), count.astype(np.int64), np.ascontiguousarray(normal),
-        body.astype(np.int64), grain, low, high, leaves,
+        body.astype(np.int64), _beyond(corners, count, normal), grain, low, high, leaves,
     )  # fmt: skip
+
+
+def _beyond(corners, count, normal) -> np.ndarray:
+    """Return (k, 8) the polygon that shares each edge, see `Blockers`."""
+    k, most = corners.shape[:2]
+    start = welded(corners.reshape(-1, 3)).reshape(k, most)
+    at = (np.arange(most) + 1) % count[:, None]
+    end = np.take_along_axis(start, np.minimum(at, most - 1), axis=1)
+    real = (np.arange(most) < count[:, None]) & (start != end)
+    one, two = meeting_edges(start.ravel(), end.ravel(), real.ravel()).T
+    one, two = np.concatenate([one, two]), np.concatenate([two, one])
+    alike = np.einsum("ec,ec->e", normal[one // most], normal[two // most])
+    found, order = np.full(k * most, -1), np.argsort(alike, kind="stable")
+    found[one[order]] = two[order] // most  # the last one stays
+    return found.reshape(k, most)
 
 
 def _on_the_hull(corners, normal, slack) -> np.ndarray:
@@ -109,8 +127,10 @@ def _morton(points) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _passes(a, b, side, p, q, slack):
-    """Where all segments from p to q pass a line a-b: 1 on its outer side, 2 inside, 0 on both.
+def passes(a, b, side, p, q, slack):
+    """Return where all segments from p to q pass a line a-b: OUTSIDE, INSIDE or, both, ACROSS.
+
+    ``side`` is -1 where p lies in front of the polygon whose edge from a to b it is, 1 behind it.
 
     (a - x) x (b - x) . (y - x) is affine in x and in y, so the corners of both decide.
     """
@@ -126,8 +146,8 @@ def _passes(a, b, side, p, q, slack):
             outside = outside and w <= slack
             inside = inside and w >= -slack
         if not outside and not inside:
-            return 0
-    return 1 if outside else 2
+            return ACROSS
+    return OUTSIDE if outside else INSIDE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -152,10 +172,10 @@ def between(corners, normal, p, q, slack):
     side = -1.0 if low_p >= -slack else 1.0
     covers = high_q <= slack if side < 0.0 else low_q >= -slack
     for k in range(len(corners)):
-        where = _passes(corners[k], corners[(k + 1) % len(corners)], side, p, q, slack)
-        if where == 1:
+        where = passes(corners[k], corners[(k + 1) % len(corners)], side, p, q, slack)
+        if where == OUTSIDE:
             return AWAY
-        covers = covers and where == 2
+        covers = covers and where == INSIDE
     return COVERS if covers else BETWEEN
 
 
@@ -247,7 +267,7 @@ def prepare_lines(blockers, candidates, p, slack, lines, sides):
     Parameters
     ----------
     lines : (MOST, 8, 4, 4)
-        Gets (a, b, c, d) with a y0 + b y1 + c y2 + d positive inside, see `_passes`.
+        Gets (a, b, c, d) with a y0 + b y1 + c y2 + d positive inside, see `passes`.
     sides : (MOST,)
         Gets -1 where p lies in front of a candidate's plane, 1 behind it, 0 on both sides.
     """

@@ -77,7 +77,7 @@ def form_factors(
         spaces = make_spaces()
         fill_rows(a, b, live, geometry, columns, barriers, asked, spaces, unit, exchange, error)
 
-    over_ranges(pairs, n, ROWS, "form factors", progress)
+    over_ranges(pairs, n, 1 if few else ROWS, "form factors", progress)
     _trace_rest(exchange, error, patches, visibility, asked, seed, progress)
     over_ranges(lambda a, b: _mirror(a, b, exchange, error), n, TILE)
     found = FormFactors(exchange, patches.area, error, centroid=patches.centroid)

@@ -12,7 +12,7 @@ from radiosity.transport.sampling import hashed, shifted, sobol_digits
 from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT, Visibility
 
-RAYS_AT_ONCE = 1 << 16
+RAYS_AT_ONCE = 1 << 14
 FEWEST_RAYS, MOST_RAYS, PAIRS = 64, 4096, 1024
 SPREAD = 1.2  # measured in cluttered rooms, 64 to 1024 rays
 OTHER = 1 << 40  # tells the pattern on a source from the one on its target

@@ -12,10 +12,11 @@ from heapq import heappop, heappush
 import numpy as np
 from numba import njit
 
-from radiosity.transport.blockers import AWAY, COVERS, between
+from radiosity.transport.blockers import AWAY, between
+from radiosity.transport.cover import is_covered
 from radiosity.transport.exchange import sum_of_squares
-from radiosity.transport.polygon import TINY, area_of, bilinear, point_factor
-from radiosity.transport.shadow import hidden_share, visible_factor
+from radiosity.transport.polygon import TINY, area_of, bilinear, heights, point_factor
+from radiosity.transport.shadow import hidden_share, kept_within, visible_factor
 from radiosity.transport.shaft import beside, edge_planes
 
 MOST_CELLS = 1 << 13  # of one pair, after which its error is reported as it is
@@ -118,18 +119,21 @@ def _measured(polygon, part, normal, target, other, measure, shadows, quad, out)
         return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     apart = max(BEND * out[2], _difference(measure, inner, of_inner, out[0], out[1]))
     seen, whole = TILT * inner + (1.0 - TILT) * out[0], TILT * of_inner + (1.0 - TILT) * out[1]
-    most, dim = GRAZE * side * side * out[1], DIM if shadows.careful else LEAK * shadows.grain
+    most = GRAZE * side * side * out[1]
+    dim = DIM if shadows.careful else LEAK * shadows.grain
     dark = inner <= dim * of_inner and out[0] <= dim * out[1]
     if dark or apart < most:
         corners = np.empty((4, 3))
         _corners(quad, box, shadows.x, corners)
         if not dark:
-            apart = max(apart, min(most, _overlooked(corners, normal, target, out[1], shadows)))
-        elif not _is_covered(corners, target, shadows):
+            apart = max(
+                apart, min(most, _overlooked(corners, normal, target, other, out[1], shadows))
+            )
+        elif not is_covered(corners, target, shadows.blockers, shadows.active, 4.0 * shadows.grain):
             back = _seen_back(corners, target, other, shadows, quad)
             if back < 0.0:
                 return 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
-            apart = max(apart, abs(back - seen), most if shadows.careful else 0.0)
+            apart = max(apart, back - 2.0 * max(inner, out[0]), most if shadows.careful else 0.0)
     return -apart, first, s, t, side, seen, whole
 
 
@@ -143,7 +147,7 @@ def _corners(quad, box, x, corners):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _overlooked(corners, normal, target, whole, shadows):
+def _overlooked(corners, normal, target, other, whole, shadows):
     """Return the most that active blockers may take away of which no point saw much.
 
     That is of those that reach into the shaft of a part of a polygon and the target, and hide from
@@ -151,8 +155,9 @@ def _overlooked(corners, normal, target, whole, shadows):
     the unoccluded exchange.
     """
     blockers, active, slack = shadows.blockers, shadows.active, 4.0 * shadows.grain
-    planes, total = np.empty((4, 4)), 0.0
-    bounds = planes[: edge_planes(corners, normal, target, slack, planes, 0)]
+    planes, total = np.empty((4 + len(target), 4)), 0.0
+    count = edge_planes(corners, normal, target, slack, planes, 0)
+    bounds = planes[: edge_planes(target, other, corners, slack, planes, count)]
     for m in range(len(active)):
         b = active[m]
         polygon = blockers.corners[b, : blockers.count[b]]
@@ -160,32 +165,36 @@ def _overlooked(corners, normal, target, whole, shadows):
             continue
         if between(polygon, blockers.normal[b], corners, target, slack) == AWAY:
             continue
-        least = MUCH
-        if shadows.careful:
-            least = NOTICED * min(1.0, _passage(polygon, corners, target) / max(whole, TINY))
+        inside = kept_within(polygon, bounds, shadows.shade)
+        most = _passage(inside, blockers.normal[b], corners, target)
+        least = NOTICED * min(1.0, most / max(whole, TINY)) if shadows.careful else MUCH
         if not _hides_from_any(corners, target, polygon, blockers.normal[b], least, shadows):
-            total += _passage(polygon, corners, target)
+            total += most
     return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _passage(polygon, p, q):
+def _passage(polygon, normal, p, q):
     """Return about the most exchange between two polygons that can pass through a third."""
-    return area_of(polygon) * min(1.0, _spread(polygon, p), _spread(polygon, q))
+    if len(polygon) == 0:
+        return 0.0
+    return area_of(polygon) * min(_spread(polygon, normal, p), _spread(polygon, normal, q))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _spread(polygon, other):
-    """Return about the most that any point of a polygon sees of another: area / (pi distance^2)."""
+def _spread(polygon, normal, other):
+    """Return about the most that a point of a polygon sees of another: cos area / (pi r^2)."""
     square = 0.0
     for c in range(3):
-        low, high, middle = 1e300, -1e300, 0.0
+        low, high, other_low, other_high = 1e300, -1e300, 1e300, -1e300
         for k in range(len(polygon)):
             low, high = min(low, polygon[k, c]), max(high, polygon[k, c])
         for k in range(len(other)):
-            middle += other[k, c] / len(other)
-        square += max(0.0, low - middle, middle - high) ** 2
-    return area_of(other) / max(math.pi * square, TINY)
+            other_low, other_high = min(other_low, other[k, c]), max(other_high, other[k, c])
+        square += max(0.0, low - other_high, other_low - high) ** 2
+    low, high = heights(other, polygon[0], normal)
+    cosine = min(1.0, max(-low, high) / max(math.sqrt(square), TINY))
+    return min(1.0, cosine * area_of(other) / max(math.pi * square, TINY))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -197,17 +206,6 @@ def _hides_from_any(corners, target, polygon, normal, least, shadows):
             bilinear(corners, rule[k, 0], rule[k, 1], x)
             if hidden_share(x, target, polygon, normal, shadows) > least:
                 return True
-    return False
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _is_covered(corners, target, shadows):
-    """Whether one blocker hides all of a part of a polygon from the target."""
-    blockers, active, slack = shadows.blockers, shadows.active, 4.0 * shadows.grain
-    for m in range(len(active)):
-        polygon = blockers.corners[active[m], : blockers.count[active[m]]]
-        if between(polygon, blockers.normal[active[m]], corners, target, slack) == COVERS:
-            return True
     return False
 
 

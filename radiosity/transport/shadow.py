@@ -145,6 +145,27 @@ def _cut_out(shade, part, planes, after, waiting):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def kept_within(polygon, planes, shade):
+    """Return the corners of a polygon's part on the inner side of a shaft's planes (k, 4).
+
+    None where nothing is left. It is a view of ``shade``, good until the next shadow is cut.
+    """
+    part, plane, count = shade.parts[0], np.empty(5), len(polygon)
+    for k in range(count):
+        _copy(polygon, k, part, k)
+    for m in range(len(planes)):
+        if count > CORNERS - 2:
+            break
+        for c in range(3):
+            plane[c] = -planes[m, c]
+        plane[3], plane[4] = planes[m, 3], 0.0
+        count, _ = _split(part, count, plane, shade.parts[1], shade.inner, shade.heights)
+        if count < 3:
+            return part[:0]
+    return part[:count]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def hidden_share(x, target, corners, normal, shadows):
     """Return the share of a polygon's area that a blocker hides from a point."""
     shade = shadows.shade
