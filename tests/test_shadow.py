@@ -5,8 +5,14 @@ import pytest
 from scenes_for_tests import SQUARE, rotation
 
 from radiosity.transport.blockers import Blockers
-from radiosity.transport.polygon import point_factor
-from radiosity.transport.shadow import OVERFLOW, Shadows, make_shade, visible_factor
+from radiosity.transport.polygon import area_of, point_factor
+from radiosity.transport.shadow import (
+    OVERFLOW,
+    Shadows,
+    kept_within,
+    make_shade,
+    visible_factor,
+)
 
 GRAIN = 1e-15  # of coordinates about 1
 TARGET = SQUARE[::-1] + [-0.5, -0.5, 1.0]  # above the origin, looking down
@@ -250,3 +256,20 @@ def test_a_lattice_is_right_or_given_up():
     some, _ = seen(x, bars[:4] + bars[16:20])
     few = bars[:4] + bars[16:20]
     assert some == pytest.approx(plain_factor(x, few), abs=5e-4)  # as for random blockers
+
+
+@pytest.mark.parametrize("turns", range(3))
+def test_what_planes_keep_of_a_polygon_has_the_area_of_its_part(turns):
+    turn = rotation(np.random.default_rng(turns)) if turns else np.eye(3)
+    square, shift = SQUARE @ turn.T, 0.5 * turn[:, 0]
+
+    def area(*planes):
+        kept = kept_within(square, np.array(planes), make_shade())
+        return area_of(kept) if len(kept) else 0.0
+
+    right, slant = turn[:, 0], (turn[:, 0] + turn[:, 1]) / np.sqrt(2)
+    assert area([*right, right @ shift]) == pytest.approx(0.5, rel=1e-14)
+    assert area([*right, right @ shift], [*turn[:, 1], 0.25]) == pytest.approx(0.125, rel=1e-14)
+    assert area([*slant, np.sqrt(0.5)]) == pytest.approx(0.5, rel=1e-14)
+    assert area([*right, 2.0]) == pytest.approx(1.0, rel=1e-14)
+    assert area([*right, -1.0]) == 0.0

@@ -148,7 +148,7 @@ def _cut_out(shade, part, planes, after, waiting):
 def kept_within(polygon, planes, shade):
     """Return the corners of a polygon's part on the inner side of a shaft's planes (k, 4).
 
-    None where nothing is left. It is a view of ``shade``, good until the next shadow is cut.
+    None at all where nothing is left. A view of ``shade``, good until the next shadow is cut.
     """
     part, plane, count = shade.parts[0], np.empty(5), len(polygon)
     for k in range(count):
