@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scenes_for_tests import SQUARE, normal_of, rotation, uv_sphere
+from scenes_for_tests import SQUARE, box, normal_of, rotation, uv_sphere
+from test_shadow import passes_through
 
 from radiosity.transport.blockers import make_blockers
 from radiosity.transport.cover import is_covered
@@ -33,12 +34,14 @@ def sheets(count, overlap=0.0):
 
 
 def covered(polygons, p=LOW, q=HIGH, turn=None, offset=0.0):
+    """Whether polygons in the middle of a far larger room, so that all can block, hide q from p."""
     turn = np.eye(3) if turn is None else turn
-    p, q, *polygons = (np.asarray(x) @ turn.T + offset for x in (p, q, *polygons))
+    room = box((-9, -9, -9), (9, 9, 9))
+    p, q, *polygons = (np.asarray(x) @ turn.T + offset for x in (p, q, *polygons, *room))
     corners = np.array([x[np.minimum(np.arange(8), len(x) - 1)] for x in polygons])
     normal, count = np.array([normal_of(x) for x in polygons]), np.array([len(x) for x in polygons])
-    made = make_blockers(corners, count, normal, np.zeros(len(count)), GRAIN, hull=True)
-    return is_covered(p, q, made, np.arange(len(count)), SLACK + 1e-15 * np.abs(offset).max())
+    made = make_blockers(corners, count, normal, np.zeros(len(count)), GRAIN)
+    return is_covered(p, q, made, np.arange(len(made.count)), SLACK + 1e-15 * np.abs(offset).max())
 
 
 def reversed_some(polygons, every):
@@ -108,14 +111,3 @@ def test_what_is_called_covered_no_segment_passes():
         y = HIGH[0] + s[:, 2] * (HIGH[1] - HIGH[0]) + s[:, 3] * (HIGH[3] - HIGH[0])
         assert np.all(np.any([passes_through(polygon, x, y) for polygon in cap], axis=0))
     assert 10 < found < 190
-
-
-def passes_through(polygon, x, y):
-    """Whether segments from x (k, 3) to y (k, 3) pass through a convex polygon."""
-    normal = normal_of(polygon)
-    hx, hy = (x - polygon[0]) @ normal, (y - polygon[0]) @ normal
-    at = x + (hx / np.where(hx == hy, 1.0, hx - hy))[:, None] * (y - x)
-    inside = hx * hy < 0
-    for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-        inside &= np.cross(b - a, at - a) @ normal > -1e-9
-    return inside

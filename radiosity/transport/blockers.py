@@ -52,7 +52,7 @@ def make_blockers(corners, count, normal, body, grain, hull: bool = False) -> Bl
     grain : float or (m,) float
         How far rounding may have moved their corners.
     hull : bool
-        Keep those that cannot block too.
+        Keep those that cannot block too, for searches alone: ``beyond`` is -1.
     """
     grain = np.full(len(corners), grain, float)
     inside = np.arange(len(corners))
@@ -70,9 +70,10 @@ def make_blockers(corners, count, normal, body, grain, hull: bool = False) -> Bl
     for m in range(leaves - 1, 0, -1):
         low[m] = np.minimum(low[2 * m], low[2 * m + 1])
         high[m] = np.maximum(high[2 * m], high[2 * m + 1])
+    beyond = np.full(corners.shape[:2], -1) if hull else _beyond(corners, count, normal)
     return Blockers(
         np.ascontiguousarray(corners), count.astype(np.int64), np.ascontiguousarray(normal),
-        body.astype(np.int64), _beyond(corners, count, normal), grain, low, high, leaves,
+        body.astype(np.int64), beyond, grain, low, high, leaves,
     )  # fmt: skip
 
 
@@ -81,7 +82,7 @@ def _beyond(corners, count, normal) -> np.ndarray:
     k, most = corners.shape[:2]
     start = welded(corners.reshape(-1, 3)).reshape(k, most)
     at = (np.arange(most) + 1) % count[:, None]
-    end = np.take_along_axis(start, np.minimum(at, most - 1), axis=1)
+    end = np.take_along_axis(start, at, axis=1)
     real = (np.arange(most) < count[:, None]) & (start != end)
     one, two = meeting_edges(start.ravel(), end.ravel(), real.ravel()).T
     one, two = np.concatenate([one, two]), np.concatenate([two, one])

@@ -145,24 +145,29 @@ def _cut_out(shade, part, planes, after, waiting):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def kept_within(polygon, planes, shade):
-    """Return the corners of a polygon's part on the inner side of a shaft's planes (k, 4).
+def _kept(polygon, planes, shade):
+    """Return the corners of a polygon's part inside planes (k, 5), see `_cone`; none if none is.
 
-    None at all where nothing is left. A view of ``shade``, good until the next shadow is cut.
+    A view of ``shade``, good until the next cut.
     """
-    part, plane, count = shade.parts[0], np.empty(5), len(polygon)
+    part, count = shade.parts[0], len(polygon)
     for k in range(count):
         _copy(polygon, k, part, k)
     for m in range(len(planes)):
         if count > CORNERS - 2:
             break
-        for c in range(3):
-            plane[c] = -planes[m, c]
-        plane[3], plane[4] = planes[m, 3], 0.0
-        count, _ = _split(part, count, plane, shade.parts[1], shade.inner, shade.heights)
+        count, _ = _split(part, count, planes[m], shade.parts[1], shade.inner, shade.heights)
         if count < 3:
             return part[:0]
     return part[:count]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def kept_within(polygon, planes, shade):
+    """Return the corners of a polygon's part in a shaft, by its planes (k, 4); see `_kept`."""
+    inward = np.zeros((len(planes), 5))
+    inward[:, :3], inward[:, 3] = -planes[:, :3], planes[:, 3]
+    return _kept(polygon, inward, shade)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -172,16 +177,8 @@ def hidden_share(x, target, corners, normal, shadows):
     planes = shade.planes[0, : _cone(x, corners, normal, shadows.grain, shade.planes[0])]
     if len(planes) == 0 or _misses(target, planes):
         return 0.0
-    part, count = shade.parts[0], len(target)
-    for k in range(count):
-        _copy(target, k, part, k)
-    for m in range(len(planes)):
-        if count > CORNERS - 2:
-            break
-        count, _ = _split(part, count, planes[m], shade.parts[1], shade.inner, shade.heights)
-        if count < 3:
-            return 0.0
-    return area_of(part[:count]) / area_of(target)
+    part = _kept(target, planes, shade)
+    return area_of(part) / area_of(target) if len(part) > 0 else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
