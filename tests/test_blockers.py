@@ -225,7 +225,7 @@ def search(visibility, geometry, i, j):
     p, q, slack = geometry.vertices[i], geometry.vertices[j], 4 * geometry.grain.max()
     planes, found = np.empty((10, 4)), np.empty(MOST, np.int64)
     free = np.zeros(visibility.blockers.body.max(initial=0) + 1, bool)
-    bounds = shaft_planes(geometry, i, j, p, q, slack, planes)
+    bounds = shaft_planes(geometry, i, j, slack, planes)
     count = find_blockers(
         visibility.blockers, free, p, np.repeat(q, 2, axis=0), planes[:bounds], slack, -slack,
         np.empty(64, np.int64), found,

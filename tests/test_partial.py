@@ -51,7 +51,7 @@ class Pair:
         """Return visible share, its error and the unoccluded exchange, all as shares of this."""
         room = make_room()
         whole, _ = exchange_area(self.geometry, i, j, 1e-12, room)
-        counts = load_fronts(self.geometry, i, j, room)
+        counts = load_fronts(self.geometry, i, j, room)[:2]
         active = self.active if order is None else self.active[order]
         shadows = self.shadows(active, room.x)
         seen, error = partial_exchange(

@@ -7,12 +7,19 @@ from scipy.optimize import linprog
 
 import radiosity
 from radiosity.transport import factors
-from radiosity.transport.blockers import APART, FLAT, PARTLY, drop_beside, make_blockers, nearest
+from radiosity.transport.blockers import drop_beside, make_blockers
 from radiosity.transport.closure import repaired
 from radiosity.transport.exchange import make_geometry
 from radiosity.transport.factors import form_factors
+from radiosity.transport.near import APART, FLAT, PARTLY, nearest
 from radiosity.transport.pairs import NEAR
-from radiosity.transport.shaft import beside, box_beside, half_shaft_planes, shaft_planes
+from radiosity.transport.shaft import (
+    beside,
+    box_beside,
+    edge_normals,
+    half_shaft_planes,
+    shaft_planes,
+)
 
 GRAIN = 1e-15  # of coordinates about 1
 SLACK = 4 * GRAIN
@@ -42,7 +49,7 @@ def facing_pairs(rng, count):
 
 def planes_of(geometry):
     planes = np.empty((10, 4))
-    return planes[: shaft_planes(geometry, 0, 1, *geometry.vertices, SLACK, planes)]
+    return planes[: shaft_planes(geometry, 0, 1, SLACK, planes)]
 
 
 def test_planes_touch_the_shaft_from_outside():
@@ -54,6 +61,44 @@ def test_planes_touch_the_shaft_from_outside():
         assert np.linalg.norm(planes[:, :3], axis=1) == pytest.approx(1)
         above = hull @ planes[:, :3].T - planes[:, 3]
         assert above.max(axis=0) == pytest.approx(0, abs=1e-14)
+
+
+def test_planes_leave_out_no_part_of_polygons_that_cross_each_others_planes():
+    rng, crossing, planes = np.random.default_rng(4), 0, np.empty((10, 4))
+    for _ in range(200):
+        both = np.array([ring(rng, 4, 0.3), ring(rng, 4, 0.3) + rng.uniform(-1, 1, 3)])
+        normals = np.array([normal_of(p) for p in both])
+        geometry = make_geometry(both, normals, both.mean(axis=1), np.ones(2), GRAIN)
+        count = shaft_planes(geometry, 0, 1, SLACK, planes) - 2  # not the polygons' own
+        hull = both.reshape(-1, 3)
+        assert (hull @ planes[:count, :3].T - planes[:count, 3]).max(initial=0) <= SLACK + 1e-15
+        crossing += count < 8
+    assert crossing > 100
+
+
+def test_normals_of_edges_point_outward_in_the_plane():
+    rng, edges = np.random.default_rng(5), np.empty((5, 3))
+    for _ in range(50):
+        polygon = ring(rng, 5, 0.3)
+        normal = normal_of(polygon)
+        edge_normals(polygon, normal, 1e-12, edges)
+        along = np.roll(polygon, -1, axis=0) - polygon
+        assert np.linalg.norm(edges, axis=1) == pytest.approx(1)
+        assert edges @ normal == pytest.approx(0, abs=1e-15)
+        assert np.einsum("ec,ec->e", edges, along) == pytest.approx(0, abs=1e-15)
+        middle = polygon.mean(axis=0)
+        assert np.einsum("ec,ec->e", edges, polygon - middle).min() > 0
+
+
+@pytest.mark.parametrize(("moved", "kept"), [(0.0, True), (1e-11, True), (-1e-11, False)])
+def test_edges_whose_direction_rounding_decides_have_no_normal(moved, kept):
+    """A short edge between two long ones, its end moved out or in by ten times its length."""
+    polygon = np.array([[0, 0, 0], [1, 0, 0], [1, 1e-12, 0], [0, 1, 0]])
+    polygon[2, 0] += moved
+    edges = np.empty((4, 3))
+    edge_normals(polygon, np.array([0, 0, 1.0]), GRAIN, edges)
+    assert np.all(edges[1] == 0) != kept
+    assert np.linalg.norm(edges[[0, 3]], axis=1) == pytest.approx(1)
 
 
 def test_half_a_shaft_holds_the_whole_one():

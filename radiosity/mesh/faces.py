@@ -157,14 +157,21 @@ def welded(points):
     """
     if len(points) == 0:
         return np.empty(0, int)
-    gap = WELD * np.linalg.norm(np.ptp(points, axis=0))
+    axes = np.ascontiguousarray(points.T)
+    gap = WELD * np.linalg.norm([np.ptp(x) for x in axes])
     number = np.zeros(len(points), int)
-    for x in points.T:
-        order = np.argsort(x, kind="stable")
-        rank = np.empty(len(x), int)
-        rank[order] = np.concatenate([[0], np.cumsum(np.diff(x[order]) > gap)])
-        number = np.unique(number * (rank.max() + 1) + rank, return_inverse=True)[1].ravel()
+    for x in axes:
+        rank = _ranks(x, gap)
+        number = _ranks(number * (rank.max() + 1) + rank, 0)
     return number
+
+
+def _ranks(x, gap):
+    """Return (n,) numbers that rise with x and are equal where no sorted values leave a gap."""
+    order = np.argsort(x)
+    rank = np.empty(len(x), int)
+    rank[order] = np.concatenate([[0], np.cumsum(np.diff(x[order]) > gap)])
+    return rank
 
 
 def _joined(corners, one, two):

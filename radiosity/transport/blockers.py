@@ -5,7 +5,6 @@ that the whole shaft passes through hides the pair; the others are cut out exact
 where they are many, left to rays.
 """
 
-import math
 from collections import namedtuple
 
 import numpy as np
@@ -18,13 +17,9 @@ from radiosity.transport.shaft import beside, box_beside
 LEAF = 4
 MOST = 32  # blockers in one shaft that are cut out exactly
 HIDDEN, TOO_MANY = -1, -2
-NEXT, END, WAITING, NODES = 0, 1, 2, 3  # in a walk, see `_next_blocker`
+NEXT, END, WAITING, NODES = 0, 1, 2, 3  # in a walk, see `next_blocker`
 AWAY, BETWEEN, COVERS = 0, 1, 2
 ACROSS, OUTSIDE, INSIDE = 0, 1, 2  # of an edge
-APART, PARTLY, FLAT = 0, 1, 2
-# What lies flat on a polygon: least cosine to it, and in reaches the least height of the highest
-# point over it (lower is contact or rounding), and the largest.
-PARALLEL, FLUSH, SHALLOW = 0.9, 0.025, 25.0
 DIRECTIONS, CHUNK = 64, 256
 
 Blockers = namedtuple("Blockers", "corners count normal body beyond grain low high leaves")
@@ -80,10 +75,11 @@ def make_blockers(corners, count, normal, body, grain, hull: bool = False) -> Bl
 def _beyond(corners, count, normal) -> np.ndarray:
     """Return (k, 8) the polygon that shares each edge, see `Blockers`."""
     k, most = corners.shape[:2]
-    start = welded(corners.reshape(-1, 3)).reshape(k, most)
+    real, start = np.arange(most) < count[:, None], np.zeros((k, most), int)
+    start[real] = welded(corners[real])
     at = (np.arange(most) + 1) % count[:, None]
     end = np.take_along_axis(start, at, axis=1)
-    real = (np.arange(most) < count[:, None]) & (start != end)
+    real &= start != end
     one, two = meeting_edges(start.ravel(), end.ravel(), real.ravel()).T
     one, two = np.concatenate([one, two]), np.concatenate([two, one])
     alike = np.einsum("ec,ec->e", normal[one // most], normal[two // most])
@@ -181,7 +177,7 @@ def between(corners, normal, p, q, slack):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _next_blocker(blockers, planes, slack, walk):
+def next_blocker(blockers, planes, slack, walk):
     """Return the next blocker that no plane keeps out, -1 after the last.
 
     ``walk`` (64,) holds how far the tree was walked: the next of a leaf and its end, how many nodes
@@ -209,11 +205,11 @@ def _next_blocker(blockers, planes, slack, walk):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _first_blocker(blockers, planes, slack, walk):
-    """Return what `_next_blocker` returns first."""
+def first_blocker(blockers, planes, slack, walk):
+    """Return what `next_blocker` returns first."""
     walk[NEXT] = walk[END] = 0
     walk[WAITING], walk[NODES] = 1, 1
-    return _next_blocker(blockers, planes, slack, walk)
+    return next_blocker(blockers, planes, slack, walk)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -242,7 +238,7 @@ def find_blockers(blockers, free, p, box, planes, slack, beyond, walk, found):
     int
         How many, HIDDEN where one of them covers all, or TOO_MANY.
     """
-    count, b = 0, _first_blocker(blockers, planes, slack, walk)
+    count, b = 0, first_blocker(blockers, planes, slack, walk)
     while b >= 0:
         corners, normal = blockers.corners[b, : blockers.count[b]], blockers.normal[b]
         own, where = max(slack, 4.0 * blockers.grain[b]), AWAY
@@ -257,7 +253,7 @@ def find_blockers(blockers, free, p, box, planes, slack, beyond, walk, found):
                 return TOO_MANY
             found[count] = b
             count += 1
-        b = _next_blocker(blockers, planes, slack, walk)
+        b = next_blocker(blockers, planes, slack, walk)
     return count
 
 
@@ -330,63 +326,6 @@ def keep_between(blockers, candidates, lines, sides, centre, normal, q, slack, f
         found[kept] = b
         kept += 1
     return kept
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def find_near(blockers, geometry, i, j, planes, slack, reach, least, walk, found):
-    """Write the blockers in a shaft that are near to polygon i or j into found.
-
-    ``least`` is PARTLY or FLAT, see `nearest`.
-
-    Returns how many; more than found holds are TOO_MANY.
-    """
-    count, b = 0, _first_blocker(blockers, planes, slack, walk)
-    while b >= 0:
-        one = _nearness(blockers, b, geometry, i, reach)
-        if max(one, _nearness(blockers, b, geometry, j, reach)) >= least:
-            if count == len(found):
-                return TOO_MANY
-            found[count] = b
-            count += 1
-        b = _next_blocker(blockers, planes, slack, walk)
-    return count
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _nearness(blockers, b, geometry, i, reach):
-    """Return how near one blocker comes to the front of polygon i, see `nearest`."""
-    corners, n, m = blockers.corners[b, : blockers.count[b]], geometry.normal[i], blockers.normal[b]
-    low, high = heights(corners, geometry.centroid[i], n)
-    if low > reach or high <= 0.0:
-        return APART
-    cosine, above = n[0] * m[0] + n[1] * m[1] + n[2] * m[2], 0.0
-    if abs(cosine) <= PARALLEL:
-        return PARTLY
-    for c in range(3):
-        above += m[c] * (corners[0, c] - geometry.centroid[i, c]) / cosine
-    rise = geometry.radius[i] * math.sqrt(max(0.0, 1.0 - cosine * cosine)) / abs(cosine)
-    low, high = max(low, above - rise), min(high, above + rise)  # over the polygon
-    return FLAT if low <= reach and FLUSH * reach < high <= SHALLOW * reach else PARTLY
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def nearest(blockers, geometry, i, reach, planes, walk):
-    """Return how near blockers come to the front of polygon i, over the box about it.
-
-    APART where none comes within ``reach`` of its plane, FLAT where one does of which so much lies
-    so near that it matters, PARTLY otherwise. ``planes`` (6, 4) and ``walk`` (64,) are space.
-    """
-    for c in range(3):
-        for side in range(2):
-            plane, sign = planes[2 * c + side], 2.0 * side - 1.0
-            plane[:] = 0.0
-            plane[c] = sign
-            plane[3] = sign * geometry.centroid[i, c] + geometry.radius[i] + reach
-    how, b = APART, _first_blocker(blockers, planes, 0.0, walk)
-    while b >= 0 and how != FLAT:
-        how = max(how, _nearness(blockers, b, geometry, i, reach))
-        b = _next_blocker(blockers, planes, 0.0, walk)
-    return how
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

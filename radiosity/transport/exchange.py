@@ -15,6 +15,7 @@ from numba import njit
 from radiosity.transport.contour import EPS, contour_exchange
 from radiosity.transport.polygon import bilinear, clip, heights, point_factor
 from radiosity.transport.rules import GRADED, NODES, ORDERS, WEIGHTS, gauss_index
+from radiosity.transport.shaft import all_edge_normals
 
 FEWEST, MOST = 2, 6  # Gauss points along each direction that are kept for every polygon
 FIRST = np.array([0, 0, 0, 4, 13, 29, 54, 90])  # those of m points a direction begin at FIRST[m]
@@ -28,13 +29,14 @@ CONSTANT = 2.0
 GRAZING = 0.01  # least product of cosines that relative errors refer to
 
 Geometry = namedtuple(
-    "Geometry", "vertices normal centroid radius area bent points weights grain"
+    "Geometry", "vertices normal centroid radius area bent edges points weights grain"
 )
 Geometry.__doc__ = """Polygons as the kernels read them, in lengths of about 1.
 
 vertices (n, 4, 3), normal and centroid (n, 3), radius and area (n,); bent (n,): no parallelogram;
-points (n, 3, 90) and weights (n, 90), area included, of the Gauss rules with 2 to 6 points a
-direction; grain (n,): how far rounding may have moved their vertices.
+edges (n, 4, 3): see `edge_normals`; points (n, 3, 90) and weights (n, 90), area included, of the
+Gauss rules with 2 to 6 points a direction; grain (n,): how far rounding may have moved their
+vertices.
 """
 
 Room = namedtuple("Room", "p q scratch found x quad")
@@ -64,10 +66,11 @@ def make_geometry(vertices, normal, centroid, area, grain=GRAIN) -> Geometry:
     n = len(vertices)
     points, weights = np.empty((n, 3, FIRST[-1])), np.empty((n, FIRST[-1]))
     _gauss_points(vertices, points, weights)
+    edges, grain = np.empty((n, 4, 3)), np.full(n, grain, float)
+    all_edge_normals(vertices, normal, grain, edges)
     skew = np.abs(vertices[:, 0] - vertices[:, 1] + vertices[:, 2] - vertices[:, 3]).max(axis=1)
     bent = skew > 1e-3 * radius
-    grain = np.full(n, grain, float)
-    return Geometry(vertices, normal, centroid, radius, area, bent, points, weights, grain)
+    return Geometry(vertices, normal, centroid, radius, area, bent, edges, points, weights, grain)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -289,20 +292,22 @@ def _graded(geometry, i, j, count_p, count_q, room):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def load_fronts(geometry, i, j, room):
-    """Write the parts of polygons i and j in front of each other into room; return their corners.
+    """Write the parts of polygons i and j in front of each other into room.
 
-    Both counts are 0 where neither sees the other's front.
+    Returns their corners, both 0 where neither sees the other's front, and whether either was cut.
     """
     p, q = geometry.vertices[i], geometry.vertices[j]
     tolerance = least_height(geometry, i, j)
-    if heights(q, geometry.centroid[i], geometry.normal[i])[1] <= tolerance:
-        return 0, 0
-    if heights(p, geometry.centroid[j], geometry.normal[j])[1] <= tolerance:
-        return 0, 0
+    low_q, high_q = heights(q, geometry.centroid[i], geometry.normal[i])
+    low_p, high_p = heights(p, geometry.centroid[j], geometry.normal[j])
+    if high_q <= tolerance or high_p <= tolerance:
+        return 0, 0, False
     count_p = clip(p, geometry.centroid[j], geometry.normal[j], tolerance, room.p)
     count_q = clip(q, geometry.centroid[i], geometry.normal[i], tolerance, room.q)
     count_p, count_q = _distinct(room.p, count_p), _distinct(room.q, count_q)
-    return (count_p, count_q) if count_p > 2 and count_q > 2 else (0, 0)
+    if count_p < 3 or count_q < 3:
+        return 0, 0, False
+    return count_p, count_q, min(low_p, low_q) < -tolerance
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -347,7 +352,7 @@ def exchange_area(geometry, i, j, tolerance, room):
         if mi > 0 and mj > 0 and mi * mj <= 16:
             value = max(0.0, _product_rule(geometry, i, j, mi, mj))
             return value, tolerance * max(value, least_certain(geometry, i, j, square))
-    count_p, count_q = load_fronts(geometry, i, j, room)
+    count_p, count_q, _ = load_fronts(geometry, i, j, room)
     if count_p == 0:
         return 0.0, 0.0
     return _near(geometry, i, j, count_p, count_q, tolerance, room)

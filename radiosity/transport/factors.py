@@ -4,9 +4,10 @@ import numpy as np
 from numba import njit
 
 from radiosity.mesh.patches import Patches
-from radiosity.transport.blockers import APART, FLAT, MOST
+from radiosity.transport.blockers import MOST
 from radiosity.transport.environment import FEW, measure_openness
 from radiosity.transport.exchange import Geometry, make_geometry
+from radiosity.transport.near import APART, FLAT
 from radiosity.transport.occlusion import refined_shares
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.pairs import FEWER, RAYS, Barriers, fill_rows, look_near, make_spaces

@@ -7,7 +7,6 @@ from numba import njit
 
 from radiosity.mesh.patches import Patches
 from radiosity.transport.borrow import borrowed
-from radiosity.transport.polygon import bilinear
 from radiosity.transport.sampling import hashed, shifted, sobol_digits
 from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT, Visibility
@@ -21,27 +20,52 @@ OTHER = 1 << 40  # tells the pattern on a source from the one on its target
 @njit(cache=True, nogil=True, error_model="numpy")
 def _aim(pairs, p, np_, q, nq, keys, first, count, seed, centre, scale, lift, start, span, weight):
     p, np_, q, nq = borrowed((p, np_, q, nq))
-    x, y, digits = np.empty(3), np.empty(3), sobol_digits(first, count)
+    digits, one_way, two_way = sobol_digits(first, count), np.empty((4, 4)), np.empty((4, 4))
     for m in range(len(pairs)):
         i, j = pairs[m, 0], pairs[m, 1]
         one, two = hashed(keys[i], j, seed), hashed(keys[i], j + OTHER, seed)
+        _way(p[i], np_[i], centre, scale, lift, one_way)
+        _way(q[j], nq[j], centre, scale, lift, two_way)
         for k in range(count):
             r = m * count + k
             s, t = shifted(digits[k, 0], one), shifted(digits[k, 1], one >> np.uint64(32))
-            a = bilinear(q[j], s, t, x)
-            s, t = shifted(digits[k, 2], two), shifted(digits[k, 3], two >> np.uint64(32))
-            b = bilinear(p[i], s, t, y)
-            stretch = a * b if b > 0.0 else a
+            u, v = shifted(digits[k, 2], two), shifted(digits[k, 3], two >> np.uint64(32))
             ci = cj = d2 = 0.0
             for c in range(3):
-                lifted = (y[c] - centre[c]) * scale + lift * np_[i, c]
-                end = (x[c] - centre[c]) * scale + lift * nq[j, c]
-                d = end - lifted
-                start[r, c], span[r, c] = lifted, d
-                ci += d * np_[i, c]
-                cj -= d * nq[j, c]
-                d2 += d * d
+                x, y = _at(two_way[c], s, t), _at(one_way[c], u, v)
+                start[r, c], span[r, c] = y, x - y
+                ci += (x - y) * np_[i, c]
+                cj += (y - x) * nq[j, c]
+                d2 += (x - y) * (x - y)
+            a, b = abs(_at(two_way[3], s, t)), abs(_at(one_way[3], u, v))
+            stretch = a * b if b > 0.0 else a
             weight[r] = stretch * ci * cj / (d2 * d2) if ci > 0.0 and cj > 0.0 else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _way(polygon, normal, centre, scale, lift, way):
+    """Write how points of a quadrilateral depend on their place on the unit square into way (4, 4).
+
+    Rows: their coordinates, scaled and lifted off it, and the stretch of area there; columns: the
+    factors of 1, s, t and s t, see `_at`.
+    """
+    for c in range(3):
+        v0, v1, v2, v3 = polygon[0, c], polygon[1, c], polygon[2, c], polygon[3, c]
+        way[c, 0] = (v0 - centre[c]) * scale + lift * normal[c]
+        way[c, 1], way[c, 2], way[c, 3] = v1 - v0, v3 - v0, v0 - v1 + v2 - v3
+    way[3] = 0.0
+    for a in range(3):
+        b, c = (a + 1) % 3, (a + 2) % 3
+        n = normal[a]
+        way[3, 0] += n * (way[b, 1] * way[c, 2] - way[c, 1] * way[b, 2])
+        way[3, 1] += n * (way[b, 1] * way[c, 3] - way[c, 1] * way[b, 3])
+        way[3, 2] += n * (way[b, 3] * way[c, 2] - way[c, 3] * way[b, 2])
+    way[:3, 1:] *= scale
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _at(row, s, t):
+    return row[0] + s * row[1] + t * row[2] + s * t * row[3]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -10,16 +10,12 @@ import numpy as np
 from numba import njit
 
 from radiosity.transport.blockers import (
-    FLAT,
     HIDDEN,
     MOST,
-    PARTLY,
     TOO_MANY,
     drop_beside,
     find_blockers,
-    find_near,
     keep_between,
-    nearest,
     prepare_lines,
 )
 from radiosity.transport.borrow import borrowed
@@ -36,6 +32,7 @@ from radiosity.transport.exchange import (
     points_needed,
 )
 from radiosity.transport.exchange import MOST as LARGEST
+from radiosity.transport.near import FLAT, PARTLY, find_near, nearest
 from radiosity.transport.partial import FAILED, partial_exchange
 from radiosity.transport.screen import (
     HIGH_I,
@@ -48,7 +45,7 @@ from radiosity.transport.screen import (
     screen,
 )
 from radiosity.transport.shadow import Shadows, make_shade
-from radiosity.transport.shaft import half_shaft_planes, shaft_planes
+from radiosity.transport.shaft import fronts, half_shaft_planes, shaft_planes, shaft_planes_of
 from radiosity.transport.visibility import LIFT
 
 UNSEEN = -1
@@ -208,7 +205,7 @@ def _block_run(
         j = start + k
         q, slack = geometry.vertices[j], 4.0 * grain_of(geometry, i, j)
         if some == TOO_MANY:
-            bounds = shaft_planes(geometry, i, j, p, q, slack, planes)
+            bounds = shaft_planes(geometry, i, j, slack, planes)
             most = max(barriers.limit[i], barriers.limit[j]) if asked[1] >= COARSE else MOST
             counts[k] = find_blockers(
                 blockers, free, p, q, planes[:bounds], slack, -slack, walk, found[k, :most]
@@ -218,6 +215,9 @@ def _block_run(
                 blockers, run[:some], spaces.lines, spaces.sides, geometry.centroid[j],
                 geometry.normal[j], q, slack, found[k],
             )  # fmt: skip
+            if counts[k] > 0:
+                bounds = shaft_planes(geometry, i, j, slack, planes)
+                counts[k] = drop_beside(blockers, found[k], counts[k], planes[:bounds], slack)
         if counts[k] == HIDDEN:
             needed[k] = UNSEEN
     return False
@@ -233,23 +233,19 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
     many = count == TOO_MANY
     if many and not near:
         return value, RAYS
-    count_p, count_q = load_fronts(geometry, i, j, spaces.room)
+    count_p, count_q, cut = load_fronts(geometry, i, j, spaces.room)
     if count_p == 0:
         return 0.0, 0.0
-    p, q, grain = spaces.room.p[:count_p], spaces.room.q[:count_q], grain_of(geometry, i, j)
-    slack = 4.0 * grain
-    bounds = shaft_planes(geometry, i, j, p, q, slack, spaces.planes)
-    planes = spaces.planes[:bounds]
+    blockers, grain = barriers.blockers, grain_of(geometry, i, j)
+    slack, planes = 4.0 * grain, spaces.planes[:0]
+    if many or cut:
+        planes = _shaft_of_fronts(geometry, i, j, count_p, count_q, slack, spaces)
     if many:
-        count = find_near(
-            barriers.blockers, geometry, i, j, planes, slack, NEAR, PARTLY, spaces.walk, found
-        )
-        if count == 0:
-            return value, RAYS
-    else:
-        count = drop_beside(barriers.blockers, found, count, planes, slack)
+        count = find_near(blockers, geometry, i, j, planes, slack, NEAR, PARTLY, spaces.walk, found)
+    elif cut:
+        count = drop_beside(blockers, found, count, planes, slack)
     if count == 0:
-        return value, error
+        return value, RAYS if many else error
     tolerance = max(asked[1], asked[2] * min(geometry.area[i], geometry.area[j]) / value)
     if tolerance >= COARSE and count > FEWER and not near:
         return value, RAYS
@@ -260,12 +256,19 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
             geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
         )
     if seen < 0.0 or (many and seen > 0.0):
-        flat = find_near(
-            barriers.blockers, geometry, i, j, planes, slack, NEAR, FLAT, spaces.walk, found
-        )
+        planes = _shaft_of_fronts(geometry, i, j, count_p, count_q, slack, spaces)
+        flat = find_near(blockers, geometry, i, j, planes, slack, NEAR, FLAT, spaces.walk, found)
         hidden = 1.0 if seen < 0.0 else min(1.0, max(0.0, 1.0 - (seen - doubt) / value))
         return value, RAYS if flat == 0 else RAYS - hidden
     return seen, doubt + error if seen > 0.0 or doubt > 0.0 else 0.0  # hidden for certain
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _shaft_of_fronts(geometry, i, j, count_p, count_q, slack, spaces):
+    """Return the planes about the parts of two polygons in front of each other, in the room."""
+    p, q, planes = spaces.room.p[:count_p], spaces.room.q[:count_q], spaces.planes
+    count = shaft_planes_of(p, geometry.normal[i], q, geometry.normal[j], slack, planes)
+    return planes[: fronts(geometry, i, j, planes, count)]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -2,32 +2,88 @@
 
 import math
 
+import numpy as np
 from numba import njit
 
 from radiosity.transport.polygon import heights
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def shaft_planes(geometry, i, j, p, q, slack, planes):
+def edge_normals(polygon, normal, grain, edges):
+    """Write the outward unit normals of a convex polygon's edges, in its plane, into edges (m, 3).
+
+    The corners run counter-clockwise about ``normal``. 0 where ``grain``, how far rounding may have
+    moved them, decides the direction.
+    """
+    for e in range(len(polygon)):
+        a, b = polygon[e], polygon[(e + 1) % len(polygon)]
+        edges[e, 0], edges[e, 1], edges[e, 2] = _across(a, b, normal)
+        for k in range(len(polygon)):
+            out = up = 0.0
+            for c in range(3):
+                r = polygon[k, c] - a[c]
+                out, up = out + edges[e, c] * r, up + normal[c] * r
+            if out + abs(up) > 4.0 * grain:
+                edges[e, 0] = edges[e, 1] = edges[e, 2] = 0.0
+                break
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def all_edge_normals(vertices, normal, grain, edges):
+    """Write the `edge_normals` of polygons (n, 4, 3) into edges (n, 4, 3)."""
+    for i in range(len(vertices)):
+        edge_normals(vertices[i], normal[i], grain[i], edges[i])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _across(a, b, n):
+    """Return the unit vector (b - a) x n, 0 where there is none."""
+    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    x, y, z = y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
+    size = math.sqrt(x * x + y * y + z * z)
+    return (x / size, y / size, z / size) if size > 0.0 else (0.0, 0.0, 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def shaft_planes(geometry, i, j, slack, planes):
     """Write the planes that bound the shaft of polygons i and j; return how many.
 
     Parameters
     ----------
-    p, q : (m, 3)
-        The polygons, or their parts in front of each other.
     planes : (2 + 2 m, 4)
         Gets (a, b, c, d): the shaft lies where a y0 + b y1 + c y2 <= d.
     """
-    count = edge_planes(p, geometry.normal[i], q, slack, planes, 0)
-    count = edge_planes(q, geometry.normal[j], p, slack, planes, count)
-    return _front(geometry, j, planes, _front(geometry, i, planes, count))
+    p, q = geometry.vertices[i], geometry.vertices[j]
+    count = edge_planes(p, geometry.edges[i], geometry.normal[i], q, slack, planes, 0)
+    count = edge_planes(q, geometry.edges[j], geometry.normal[j], p, slack, planes, count)
+    return fronts(geometry, i, j, planes, count)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def half_shaft_planes(geometry, i, q, slack, planes):
     """Write the planes that bound the shaft of polygon i and any convex body q; return how many."""
-    count = edge_planes(geometry.vertices[i], geometry.normal[i], q, slack, planes, 0)
+    p = geometry.vertices[i]
+    count = edge_planes(p, geometry.edges[i], geometry.normal[i], q, slack, planes, 0)
     return _front(geometry, i, planes, count)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def shaft_planes_of(p, normal, q, other, slack, planes):
+    """Write the planes through edges that bound the shaft of two polygons; return how many.
+
+    ``normal`` and ``other`` are theirs; as `shaft_planes` for polygons that are no whole patches.
+    """
+    edges = np.empty((max(len(p), len(q)), 3))
+    edge_normals(p, normal, 0.25 * slack, edges)
+    count = edge_planes(p, edges, normal, q, slack, planes, 0)
+    edge_normals(q, other, 0.25 * slack, edges)
+    return edge_planes(q, edges, other, p, slack, planes, count)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fronts(geometry, i, j, planes, count):
+    """Write the planes of two polygons after ``count`` others; return how many there are then."""
+    return _front(geometry, j, planes, _front(geometry, i, planes, count))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -41,39 +97,32 @@ def _front(geometry, i, planes, count):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def edge_planes(p, normal, q, slack, planes, count):
+def edge_planes(p, edges, normal, q, slack, planes, count):
     """Write the planes through edges of p that just touch q after ``count`` others.
 
-    ``p`` (m, 3) is a convex polygon, counter-clockwise about its normal, ``q`` any convex body.
-    Returns how many there are then.
+    ``edges`` are those that `edge_normals` finds of p, ``q`` any convex body. Returns how many
+    there are then.
     """
     for e in range(len(p)):
-        a, plane = p[e], planes[count, :3]
-        if not _plane_about(a, p[(e + 1) % len(p)], normal, q, plane):
-            continue
-        if heights(p, a, plane)[1] > slack or heights(q, a, plane)[1] > slack:
-            continue  # the direction of a short edge is rounding
-        planes[count, 3] = plane[0] * a[0] + plane[1] * a[1] + plane[2] * a[2]
-        count += 1
+        if _plane_about(p[e], edges[e], normal, q, slack, planes[count]):
+            count += 1
     return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _plane_about(a, b, n, q, plane):
-    """Write the outward unit normal of the plane through the edge a-b that just touches q.
+def _plane_about(a, m, n, q, slack, plane):
+    """Write the plane through an edge that just touches q, its normal outward and of length 1.
 
-    False where there is none.
+    ``a`` is a corner of the edge, ``m`` its normal and ``n`` that of its polygon. False where there
+    is none.
     """
-    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    mx, my, mz = y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
-    size = math.sqrt(mx * mx + my * my + mz * mz)
-    if not size > 0.0:
+    if m[0] == 0.0 and m[1] == 0.0 and m[2] == 0.0:
         return False
-    mx, my, mz = mx / size, my / size, mz / size
-    out = up = 0.0  # of the corner seen furthest beyond the edge: of the largest angle
+    out = up = low = 0.0  # of the corner seen furthest beyond the edge: of the largest angle
     for k in range(len(q)):
         x, y, z = q[k, 0] - a[0], q[k, 1] - a[1], q[k, 2] - a[2]
-        side, height = mx * x + my * y + mz * z, max(0.0, n[0] * x + n[1] * y + n[2] * z)
+        side, height = m[0] * x + m[1] * y + m[2] * z, n[0] * x + n[1] * y + n[2] * z
+        low, height = min(low, height), max(0.0, height)
         nowhere = out == 0.0 and up == 0.0
         flat = up == 0.0 and height == 0.0
         if nowhere or side * up > out * height or (flat and side > out):
@@ -81,10 +130,11 @@ def _plane_about(a, b, n, q, plane):
     slope = math.sqrt(out * out + up * up)
     if not slope > 0.0:
         return False
-    plane[0] = (up * mx - out * n[0]) / slope
-    plane[1] = (up * my - out * n[1]) / slope
-    plane[2] = (up * mz - out * n[2]) / slope
-    return True
+    plane[3] = 0.0
+    for c in range(3):
+        plane[c] = (up * m[c] - out * n[c]) / slope
+        plane[3] += plane[c] * a[c]
+    return low >= -slack or heights(q, a, plane)[1] <= slack
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
