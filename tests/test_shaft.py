@@ -12,7 +12,7 @@ from radiosity.transport.closure import repaired
 from radiosity.transport.exchange import make_geometry
 from radiosity.transport.factors import form_factors
 from radiosity.transport.near import APART, FLAT, PARTLY, nearest
-from radiosity.transport.pairs import NEAR
+from radiosity.transport.pairs import NEAR, RAYS
 from radiosity.transport.shaft import (
     beside,
     box_beside,
@@ -156,7 +156,7 @@ def test_boxes_are_beside_where_all_that_they_hold_is():
 @pytest.mark.parametrize(
     ("height", "rise", "near"),
     [(0.5, 0.0, FLAT), (0.5, 20, FLAT), (0.5, 30, PARTLY), (0.5, 1 / NEAR, PARTLY), (2, 20, APART),
-     (-1, 0, APART)],
+     (-1, 0, APART), (0.03, 0.0, FLAT), (0.02, 0.0, PARTLY)],
 )  # fmt: skip
 def test_only_what_comes_near_to_the_front_is_near(height, rise, near):
     """A sheet so many times NEAR above a floor, turned at random; and one far aside."""
@@ -269,3 +269,20 @@ def test_where_too_many_blockers_are_too_near_the_errors_say_so(n):
     assert abs(absorbed - covered) < (found.openness.error * patches.area)[up].sum() / 1.44 + (
         found.row_errors()[up].max()
     )
+
+
+def test_marks_for_rays_tell_what_hangs_too_near_for_them(monkeypatch):
+    """Strips so near that rays start beyond them hide half a ceiling; clutter asks for rays."""
+    marks = []
+    monkeypatch.setattr(
+        factors, "_trace_rest", lambda exchange, error, *_: marks.append(error[0, 1])
+    )
+    rng = np.random.default_rng(8)
+    strips = [SQUARE[::-1] * [1, 0.05, 1] + [0, 0.1 * k, 1 - 5e-6] for k in range(10)]
+    clutter = [0.01 * SQUARE @ rotation(rng).T + rng.uniform(0.3, 0.7, 3) for _ in range(60)]
+    room = box((-0.1, -0.1, -0.1), (1.1, 1.1, 1.1))  # what lies on the hull blocks nothing
+    polygons = np.concatenate([SQUARE[None], SQUARE[None, ::-1] + [0, 0, 1], strips, clutter, room])
+    visibility, _, patches = meshed(faces_of(polygons), 1)
+    form_factors(patches, visibility, np.asarray(patches.face < 2), 0.1)
+    hidden = RAYS - marks[0]
+    assert 0.5 - 1e-4 < hidden < 0.51
