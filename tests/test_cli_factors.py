@@ -157,6 +157,9 @@ def test_obstructions_block_and_are_no_rows(tmp_path):
     assert "open: up to" in process.stdout and "meets surfaces that are no rows" in process.stdout
     factors = load_factors(tmp_path / "F.npz")
     assert factors.toarray()[0, 1] == pytest.approx(SCREENED, abs=1e-5)  # the accuracy asked for
+    text = str(tmp_path / "F.txt")
+    process = run("formfactors", plates, "--obstructions", screen, "-o", text)
+    assert "text counts what meets surfaces without rows as leaving" in process.stderr
 
 
 def test_backs_are_rows_where_asked(tmp_path):
@@ -252,7 +255,8 @@ def test_a_matrix_beyond_the_memory_is_refused_before_work(cube, tmp_path):
         (["cube.obj", "-o", "F.npz", "--format", "csv"], [".npz is the suffix of the format npz"]),
         (["cube.obj", "-o", "F.xls"], ["'.xls' must be one of npz, csv and view3d"]),
         (["cube.obj", "-o", "no/F.npz"], ["folder", "does not exist; create it first"]),
-        (["cube.obj", "-o", "."], ["must be one of npz, csv and view3d"]),
+        (["cube.obj", "-o", "."], [".: is a folder; add the name of a file, such as F.npz"]),
+        (["cube.obj", "-o", "/dev/full", "--format", "npz"], ["/dev/full: cannot write: No space"]),
         (["cube.obj", "--memory", "much"], ["--memory 'much' must be a size such as 4GB"]),
     ],
 )

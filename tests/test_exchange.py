@@ -19,6 +19,7 @@ from radiosity.transport.exchange import (
     MOST,
     _product_rule,
     exchange_area,
+    load_fronts,
     make_geometry,
     make_room,
     points_needed,
@@ -454,3 +455,17 @@ def test_boxes_and_tetrahedra_close():
     walls = tetrahedron()
     found = np.array([[factor(p, q) for q in walls] for p in walls])
     assert found == pytest.approx((1 - np.eye(4)) / 3, abs=1e-14)  # reached 2e-16
+
+
+@pytest.mark.parametrize(
+    ("foot", "corners", "cut"),
+    [(0.0, (4, 4), False), (0.5, (4, 4), False), (-0.5, (4, 4), True), (-1.5, (0, 0), False)],
+)
+def test_only_what_lies_in_front_is_loaded(foot, corners, cut):
+    """A wall beside a floor, its lower part below it."""
+    wall = np.array([[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1.0]]) - [0.2, 0, -foot]
+    geometry, _ = geometry_of([SQUARE, wall])
+    assert load_fronts(geometry, 0, 1, ROOM) == (*corners, cut)
+    if cut:
+        area = np.linalg.norm(np.cross(*(ROOM.q[[1, 3]] - ROOM.q[0])))
+        assert area / geometry.area[1] == pytest.approx(0.5)

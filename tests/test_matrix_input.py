@@ -69,6 +69,10 @@ def test_a_sheet_on_the_floor_is_no_part_of_the_floor():
     assert found.area[0] == pytest.approx(0.75)
     assert np.all(found.openness.absorbed[1:] > 0.03)
     assert np.all(np.abs(found.closure) < 4 * found.openness.error + 1e-9)
+    up = mesh_of(np.concatenate([room[1:2], sheet[:, ::-1]]))
+    seen = radiosity.form_factors(up, 1e-9).toarray()[0, 1]  # of the sheet by the ceiling
+    assert found.openness.error[1] < 1e-3
+    assert abs(found.openness.absorbed[1] - seen) < 2 * found.openness.error[1]
 
 
 def test_a_face_given_twice_is_seen_once():

@@ -122,6 +122,10 @@ def test_wrong_labels_and_shapes_are_named():
         box().grouped(np.zeros(6))
     with pytest.raises(ValueError, match=r"int64 \(5,\)"):
         box().grouped(np.zeros(5, np.int64))
+    with pytest.raises(ValueError, match="up to 1000000000, but .* below 6, the number of rows"):
+        box().grouped(np.array([0, 1, 2, 3, 4, 10**9]))
+    with pytest.raises(ValueError, match="up to 2, but must be below 2, the number of groups"):
+        box().grouped(np.array([0, 1, 2, 0, 1, 2]), 2)
     with pytest.raises(ValueError, match=r"exchange has shape \(6, 6\), but must be \(5, 5\)"):
         FormFactors(box().exchange, np.ones(5))
     with pytest.raises(ValueError, match="error has shape"):

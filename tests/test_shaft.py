@@ -18,6 +18,7 @@ from radiosity.transport.shaft import (
     box_beside,
     edge_normals,
     half_shaft_planes,
+    outline_planes,
     shaft_planes,
 )
 
@@ -96,9 +97,29 @@ def test_edges_whose_direction_rounding_decides_have_no_normal(moved, kept):
     polygon = np.array([[0, 0, 0], [1, 0, 0], [1, 1e-12, 0], [0, 1, 0]])
     polygon[2, 0] += moved
     edges = np.empty((4, 3))
-    edge_normals(polygon, np.array([0, 0, 1.0]), GRAIN, edges)
+    edge_normals(polygon, np.array([0, 0, 1.0]), SLACK, edges)
     assert np.all(edges[1] == 0) != kept
     assert np.linalg.norm(edges[[0, 3]], axis=1) == pytest.approx(1)
+
+
+def test_a_corner_off_the_plane_makes_no_planes_that_leave_it_out():
+    """However far inside the edge it lies: the sine of the plane's slope counts."""
+    bent = SQUARE - [[0, 0, 0], [0, 0, 0], [0, 0, 1e-6], [0, 0, 0]]
+    beyond = np.array([[0, -1, 1e-8], [1, -1, 1e-8], [1, -2, 1e-8], [0, -2, 1e-8]])
+    planes = np.empty((8, 4))
+    up = np.array([0, 0, 1.0])
+    for plane in planes[: outline_planes(bent, up, beyond, -up, SLACK, planes)]:
+        assert (bent @ plane[:3] - plane[3]).max() <= SLACK
+
+
+def test_any_polygons_have_the_planes_of_patches():
+    planes = np.empty((10, 4))
+    for geometry in facing_pairs(np.random.default_rng(6), 20):
+        expected = planes_of(geometry)[:-2]
+        given = zip(geometry.vertices, geometry.normal, strict=True)
+        (p, n), (q, o) = given
+        found = planes[: outline_planes(p, n, q, o, SLACK, planes)]
+        assert np.array_equal(found, expected)
 
 
 def test_half_a_shaft_holds_the_whole_one():

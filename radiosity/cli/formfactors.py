@@ -121,6 +121,8 @@ def formfactors(
     print(_as_json(facts, output) if as_json else summary(facts))
     if output:
         remark(f"saved {output}", quiet)
+    if output and kind == "view3d" and facts["absorbed_max"]:
+        remark("note: View3D's text counts what meets surfaces without rows as leaving", quiet)
     _judge(facts)
 
 

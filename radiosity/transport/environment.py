@@ -11,7 +11,8 @@ from radiosity.transport.sampling import cosine_direction, hashed, sobol
 from radiosity.transport.threads import over_ranges
 from radiosity.transport.visibility import LIFT, Visibility
 
-FEWEST, MOST = 64, 4096  # rays from a row
+# Rays from a row: the most where rows are many, and where all have no more than IN_ALL together.
+FEWEST, MOST, MOST_OF_FEW, IN_ALL = 64, 1 << 12, 1 << 16, 1 << 21
 AT_ONCE = 1 << 17  # rays that a scene of few rows gets at least, so that small holes are found
 CHUNK = 1 << 13
 PLACE = 1 << 41  # tells its patterns from those of rays between pairs
@@ -88,11 +89,12 @@ def measure_openness(
     if pairs is not None:
         missing, known = 1.0 - pairs.row_sums(), pairs.row_errors()
         more |= np.abs(missing) > known + DOUBT * accuracy
-    wanted = int(np.clip((0.5 * SPREAD / accuracy) ** (1.0 / 0.6), count, MOST))
+    most = np.clip(IN_ALL // max(1, len(rows)), MOST, MOST_OF_FEW)
+    wanted = int(np.clip((0.5 * SPREAD / accuracy) ** (1.0 / 0.6), count, most))
     if wanted > count:
         _trace(met, rows[more[rows]], range(count, wanted), patches, visibility, ends, seed)
     total = np.maximum(met.sum(axis=1), 1.0)
-    share = 1.0 - np.where(live, met[:, ROW] / total, 1.0)
+    share = (met[:, OUTSIDE] + met[:, SURFACE]) / total
     spread = SPREAD * np.sqrt(np.maximum(share * (1.0 - share), 1.0 / total)) * total**-0.6
     is_open = np.any(share > 0)
     error = np.where(more & live & is_open, spread, 0.0)
@@ -117,6 +119,11 @@ class _Ends:
         self._is_row[patches.face[live], patches.front[live].astype(int)] = True
         some = self._is_row.any(axis=1)
         self._rows_only = None if live.all() and some.all() else visibility.first_hits_of(some)
+        self._covered = np.zeros_like(self._is_row)
+        self._covered[patches.face[~live], patches.front[~live].astype(int)] = True
+        self._covered &= self._is_row
+        any_covered = self._covered.any() and not some.all()
+        self._others_only = visibility.first_hits_of(~some) if any_covered else None
 
     def of(self, start, direction, own):
         """Return (k,) the kind of surface that each ray meets first, its own face (k,) apart.
@@ -134,12 +141,24 @@ class _Ends:
         kind = np.where(face < 0, OUTSIDE, np.where(self._rows(face, cosine), ROW, SURFACE))
         if self._rows_only is not None:
             again = np.flatnonzero(kind == SURFACE)
-            row, row_far = self._rows_only(start[again], direction[again])
-            other = self._cosine(row, direction[again])
-            apart = np.abs((row_far - far[again]) * other)
-            same = (row >= 0) & (other * cosine[again] > 0) & self._rows(row, other)
-            kind[again[same & (apart <= self._visibility.touch + BLUR)]] = ROW
+            row, same = self._coincides(self._rows_only, start, direction, far, cosine, again, 1)
+            kind[again[same & self._rows(row, self._cosine(row, direction[again]))]] = ROW
+        if self._others_only is not None:
+            again = np.flatnonzero((kind == ROW) & self._covered[face, (cosine < 0).astype(int)])
+            over = self._coincides(self._others_only, start, direction, far, cosine, again, -1)[1]
+            kind[again[over]] = SURFACE
         return kind
+
+    def _coincides(self, first_hits, start, direction, far, cosine, rays, look):
+        """Return the faces (k,) of some that rays meet, and whether where they ended before.
+
+        ``look`` is 1 for faces that look the same way as what they ended on, -1 for the opposite.
+        """
+        face, distance = first_hits(start[rays], direction[rays])
+        other = self._cosine(face, direction[rays])
+        apart = np.abs((distance - far[rays]) * other)
+        near = apart <= self._visibility.touch + BLUR
+        return face, (face >= 0) & (look * other * cosine[rays] > 0) & near
 
     def _cosine(self, face, direction):
         return np.einsum("kc,kc->k", direction, self._visibility.face_normal[face])

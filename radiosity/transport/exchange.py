@@ -29,12 +29,12 @@ CONSTANT = 2.0
 GRAZING = 0.01  # least product of cosines that relative errors refer to
 
 Geometry = namedtuple(
-    "Geometry", "vertices normal centroid radius area bent edges points weights grain"
+    "Geometry", "vertices normal centroid radius area bent outward points weights grain"
 )
 Geometry.__doc__ = """Polygons as the kernels read them, in lengths of about 1.
 
 vertices (n, 4, 3), normal and centroid (n, 3), radius and area (n,); bent (n,): no parallelogram;
-edges (n, 4, 3): see `edge_normals`; points (n, 3, 90) and weights (n, 90), area included, of the
+outward (n, 4, 3): see `edge_normals`; points (n, 3, 90) and weights (n, 90), area included, of the
 Gauss rules with 2 to 6 points a direction; grain (n,): how far rounding may have moved their
 vertices.
 """
@@ -66,11 +66,11 @@ def make_geometry(vertices, normal, centroid, area, grain=GRAIN) -> Geometry:
     n = len(vertices)
     points, weights = np.empty((n, 3, FIRST[-1])), np.empty((n, FIRST[-1]))
     _gauss_points(vertices, points, weights)
-    edges, grain = np.empty((n, 4, 3)), np.full(n, grain, float)
-    all_edge_normals(vertices, normal, grain, edges)
+    outward, grain = np.empty((n, 4, 3)), np.full(n, grain, float)
+    all_edge_normals(vertices, normal, 4.0 * grain, outward)
     skew = np.abs(vertices[:, 0] - vertices[:, 1] + vertices[:, 2] - vertices[:, 3]).max(axis=1)
     bent = skew > 1e-3 * radius
-    return Geometry(vertices, normal, centroid, radius, area, bent, edges, points, weights, grain)
+    return Geometry(vertices, normal, centroid, radius, area, bent, outward, points, weights, grain)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")

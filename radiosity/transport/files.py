@@ -33,15 +33,29 @@ def written_whole(path: str | os.PathLike) -> Iterator[Path]:
     """
     place = Path(os.path.realpath(path))
     if place.exists() and not place.is_file() and not place.is_dir():
-        yield place
+        with _named(place):
+            yield place
         return
     temporary = _beside(place)
     _check_place(place, temporary)
     try:
-        yield temporary
+        with _named(place):
+            yield temporary
         os.replace(temporary, place)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _named(place):
+    """Say in what is raised for lack of space, or the like, where that is."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename or error.errno is None:
+            raise
+        message = f"cannot write: {error.strerror}"
+        raise OSError(error.errno, message, str(place)) from error
 
 
 def check_place(path: str | os.PathLike) -> None:

@@ -20,47 +20,48 @@ OTHER = 1 << 40  # tells the pattern on a source from the one on its target
 @njit(cache=True, nogil=True, error_model="numpy")
 def _aim(pairs, p, np_, q, nq, keys, first, count, seed, centre, scale, lift, start, span, weight):
     p, np_, q, nq = borrowed((p, np_, q, nq))
-    digits, one_way, two_way = sobol_digits(first, count), np.empty((4, 4)), np.empty((4, 4))
+    digits, here, there = sobol_digits(first, count), np.empty((4, 4)), np.empty((4, 4))
     for m in range(len(pairs)):
         i, j = pairs[m, 0], pairs[m, 1]
-        one, two = hashed(keys[i], j, seed), hashed(keys[i], j + OTHER, seed)
-        _way(p[i], np_[i], centre, scale, lift, one_way)
-        _way(q[j], nq[j], centre, scale, lift, two_way)
+        to, of = hashed(keys[i], j, seed), hashed(keys[i], j + OTHER, seed)
+        _bilinear_map(p[i], np_[i], centre, scale, lift, here)
+        _bilinear_map(q[j], nq[j], centre, scale, lift, there)
         for k in range(count):
             r = m * count + k
-            s, t = shifted(digits[k, 0], one), shifted(digits[k, 1], one >> np.uint64(32))
-            u, v = shifted(digits[k, 2], two), shifted(digits[k, 3], two >> np.uint64(32))
+            s, t = shifted(digits[k, 0], to), shifted(digits[k, 1], to >> np.uint64(32))
+            u, v = shifted(digits[k, 2], of), shifted(digits[k, 3], of >> np.uint64(32))
             ci = cj = d2 = 0.0
             for c in range(3):
-                x, y = _at(two_way[c], s, t), _at(one_way[c], u, v)
+                x, y = _at(there[c], s, t), _at(here[c], u, v)
                 start[r, c], span[r, c] = y, x - y
                 ci += (x - y) * np_[i, c]
                 cj += (y - x) * nq[j, c]
                 d2 += (x - y) * (x - y)
-            a, b = abs(_at(two_way[3], s, t)), abs(_at(one_way[3], u, v))
+            a, b = abs(_at(there[3], s, t)), abs(_at(here[3], u, v))
             stretch = a * b if b > 0.0 else a
             weight[r] = stretch * ci * cj / (d2 * d2) if ci > 0.0 and cj > 0.0 else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _way(polygon, normal, centre, scale, lift, way):
-    """Write how points of a quadrilateral depend on their place on the unit square into way (4, 4).
+def _bilinear_map(polygon, normal, centre, scale, lift, terms):
+    """Write how points of a quadrilateral depend on their place on the unit square.
 
-    Rows: their coordinates, scaled and lifted off it, and the stretch of area there; columns: the
-    factors of 1, s, t and s t, see `_at`.
+    Rows of ``terms`` (4, 4): their coordinates, scaled and lifted off it; the stretch of area,
+    negative where it turns clockwise about ``normal``, its own. Columns: what multiplies 1, s, t
+    and s t.
     """
     for c in range(3):
         v0, v1, v2, v3 = polygon[0, c], polygon[1, c], polygon[2, c], polygon[3, c]
-        way[c, 0] = (v0 - centre[c]) * scale + lift * normal[c]
-        way[c, 1], way[c, 2], way[c, 3] = v1 - v0, v3 - v0, v0 - v1 + v2 - v3
-    way[3] = 0.0
+        terms[c, 0] = (v0 - centre[c]) * scale + lift * normal[c]
+        terms[c, 1], terms[c, 2], terms[c, 3] = v1 - v0, v3 - v0, v0 - v1 + v2 - v3
+    terms[3] = 0.0
     for a in range(3):
         b, c = (a + 1) % 3, (a + 2) % 3
         n = normal[a]
-        way[3, 0] += n * (way[b, 1] * way[c, 2] - way[c, 1] * way[b, 2])
-        way[3, 1] += n * (way[b, 1] * way[c, 3] - way[c, 1] * way[b, 3])
-        way[3, 2] += n * (way[b, 3] * way[c, 2] - way[c, 3] * way[b, 2])
-    way[:3, 1:] *= scale
+        terms[3, 0] += n * (terms[b, 1] * terms[c, 2] - terms[c, 1] * terms[b, 2])
+        terms[3, 1] += n * (terms[b, 1] * terms[c, 3] - terms[c, 1] * terms[b, 3])
+        terms[3, 2] += n * (terms[b, 3] * terms[c, 2] - terms[c, 3] * terms[b, 2])
+    terms[:3, 1:] *= scale
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -129,7 +130,7 @@ def shadow_rays(
     pairs : (m, 2) int
         Source and target of each.
     sources, targets : (polygons (k, 4, 3), normals (k, 3))
-        A point is a polygon whose vertices are all the same.
+        Planar, with their own unit normals. A point is a polygon whose vertices are all the same.
     keys : (k,) int
         What the sample pattern of a source is hashed from.
     samples : range

@@ -176,13 +176,21 @@ class FormFactors(LinearOperator):
         Raises
         ------
         ValueError
-            Where the labels are not one whole number for each row.
+            Where the labels are not one whole number for each row, below ``count`` or, where that
+            is not given, below the number of rows.
         """
         labels = np.asarray(labels)
         if labels.shape != self.area.shape or labels.dtype.kind not in "iu":
             raise ValueError(
                 f"labels are {labels.dtype} {labels.shape}, but must be one whole number a row, "
                 f"int {self.area.shape}"
+            )
+        groups = len(labels) if count is None else count
+        if labels.max(initial=-1) >= groups:
+            raise ValueError(
+                f"labels go up to {labels.max()}, but must be below {groups}, the number of "
+                f"{'rows' if count is None else 'groups'}: number the groups 0, 1, 2 .. by "
+                "np.unique(labels, return_inverse=True)[1]"
             )
         members = _membership(labels, count)
         area = members @ self.area

@@ -45,7 +45,7 @@ from radiosity.transport.screen import (
     screen,
 )
 from radiosity.transport.shadow import Shadows, make_shade
-from radiosity.transport.shaft import fronts, half_shaft_planes, shaft_planes, shaft_planes_of
+from radiosity.transport.shaft import front_planes, half_shaft_planes, outline_planes, shaft_planes
 from radiosity.transport.visibility import LIFT
 
 UNSEEN = -1
@@ -227,7 +227,8 @@ def _block_run(
 def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, spaces):
     """Return what blockers leave of an exchange, and its error; RAYS or below where rays must tell.
 
-    Where blockers are too many, those that lie flat on either end may still hide all.
+    ``found`` are those that no plane about the whole polygons keeps out. Where they are too many,
+    those that lie flat on either end may still hide all.
     """
     near = max(barriers.limit[i], barriers.limit[j]) == MOST
     many = count == TOO_MANY
@@ -256,7 +257,8 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
             geometry, i, j, count_p, count_q, value, tolerance, shadows, spaces.room
         )
     if seen < 0.0 or (many and seen > 0.0):
-        planes = _shaft_of_fronts(geometry, i, j, count_p, count_q, slack, spaces)
+        if len(planes) == 0:
+            planes = _shaft_of_fronts(geometry, i, j, count_p, count_q, slack, spaces)
         flat = find_near(blockers, geometry, i, j, planes, slack, NEAR, FLAT, spaces.walk, found)
         hidden = 1.0 if seen < 0.0 else min(1.0, max(0.0, 1.0 - (seen - doubt) / value))
         return value, RAYS if flat == 0 else RAYS - hidden
@@ -267,8 +269,8 @@ def _past_blockers(geometry, i, j, value, error, barriers, found, count, asked, 
 def _shaft_of_fronts(geometry, i, j, count_p, count_q, slack, spaces):
     """Return the planes about the parts of two polygons in front of each other, in the room."""
     p, q, planes = spaces.room.p[:count_p], spaces.room.q[:count_q], spaces.planes
-    count = shaft_planes_of(p, geometry.normal[i], q, geometry.normal[j], slack, planes)
-    return planes[: fronts(geometry, i, j, planes, count)]
+    count = outline_planes(p, geometry.normal[i], q, geometry.normal[j], slack, planes)
+    return planes[: front_planes(geometry, i, j, planes, count)]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

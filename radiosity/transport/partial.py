@@ -17,7 +17,7 @@ from radiosity.transport.cover import is_covered
 from radiosity.transport.exchange import sum_of_squares
 from radiosity.transport.polygon import TINY, area_of, bilinear, heights, point_factor
 from radiosity.transport.shadow import hidden_share, kept_within, visible_factor
-from radiosity.transport.shaft import beside, shaft_planes_of
+from radiosity.transport.shaft import beside, outline_planes
 
 MOST_CELLS = 1 << 13  # of one pair, after which its error is reported as it is
 FAILED = -1.0
@@ -156,7 +156,7 @@ def _overlooked(corners, normal, target, other, whole, shadows):
     """
     blockers, active, slack = shadows.blockers, shadows.active, 4.0 * shadows.grain
     planes, total = np.empty((4 + len(target), 4)), 0.0
-    bounds = planes[: shaft_planes_of(corners, normal, target, other, slack, planes)]
+    bounds = planes[: outline_planes(corners, normal, target, other, slack, planes)]
     for m in range(len(active)):
         b = active[m]
         polygon = blockers.corners[b, : blockers.count[b]]

@@ -9,30 +9,30 @@ from radiosity.transport.polygon import heights
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def edge_normals(polygon, normal, grain, edges):
-    """Write the outward unit normals of a convex polygon's edges, in its plane, into edges (m, 3).
+def edge_normals(polygon, normal, slack, outward):
+    """Write the unit normals of a convex polygon's edges, in its plane, into outward (m, 3).
 
-    The corners run counter-clockwise about ``normal``. 0 where ``grain``, how far rounding may have
-    moved them, decides the direction.
+    The corners run counter-clockwise about ``normal``. 0 where a plane about the edge could leave
+    out another corner by more than ``slack``: rounding decides the direction of a short edge.
     """
     for e in range(len(polygon)):
         a, b = polygon[e], polygon[(e + 1) % len(polygon)]
-        edges[e, 0], edges[e, 1], edges[e, 2] = _across(a, b, normal)
+        outward[e, 0], outward[e, 1], outward[e, 2] = _across(a, b, normal)
         for k in range(len(polygon)):
             out = up = 0.0
             for c in range(3):
                 r = polygon[k, c] - a[c]
-                out, up = out + edges[e, c] * r, up + normal[c] * r
-            if out + abs(up) > 4.0 * grain:
-                edges[e, 0] = edges[e, 1] = edges[e, 2] = 0.0
+                out, up = out + outward[e, c] * r, up + normal[c] * r
+            if max(0.0, out) + abs(up) > slack:
+                outward[e, 0] = outward[e, 1] = outward[e, 2] = 0.0
                 break
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def all_edge_normals(vertices, normal, grain, edges):
-    """Write the `edge_normals` of polygons (n, 4, 3) into edges (n, 4, 3)."""
+def all_edge_normals(vertices, normal, slack, outward):
+    """Write the `edge_normals` of polygons (n, 4, 3) into outward (n, 4, 3)."""
     for i in range(len(vertices)):
-        edge_normals(vertices[i], normal[i], grain[i], edges[i])
+        edge_normals(vertices[i], normal[i], slack[i], outward[i])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -50,44 +50,44 @@ def shaft_planes(geometry, i, j, slack, planes):
 
     Parameters
     ----------
-    planes : (2 + 2 m, 4)
+    planes : (10, 4)
         Gets (a, b, c, d): the shaft lies where a y0 + b y1 + c y2 <= d.
     """
     p, q = geometry.vertices[i], geometry.vertices[j]
-    count = edge_planes(p, geometry.edges[i], geometry.normal[i], q, slack, planes, 0)
-    count = edge_planes(q, geometry.edges[j], geometry.normal[j], p, slack, planes, count)
-    return fronts(geometry, i, j, planes, count)
+    count = _edge_planes(p, geometry.outward[i], geometry.normal[i], q, slack, planes, 0)
+    count = _edge_planes(q, geometry.outward[j], geometry.normal[j], p, slack, planes, count)
+    return front_planes(geometry, i, j, planes, count)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def half_shaft_planes(geometry, i, q, slack, planes):
     """Write the planes that bound the shaft of polygon i and any convex body q; return how many."""
     p = geometry.vertices[i]
-    count = edge_planes(p, geometry.edges[i], geometry.normal[i], q, slack, planes, 0)
-    return _front(geometry, i, planes, count)
+    count = _edge_planes(p, geometry.outward[i], geometry.normal[i], q, slack, planes, 0)
+    return _front_plane(geometry, i, planes, count)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def shaft_planes_of(p, normal, q, other, slack, planes):
-    """Write the planes through edges that bound the shaft of two polygons; return how many.
+def outline_planes(p, normal, q, other, slack, planes):
+    """Write the planes through edges of any two polygons about their shaft; return how many.
 
-    ``normal`` and ``other`` are theirs; as `shaft_planes` for polygons that are no whole patches.
+    ``normal`` and ``other`` are theirs. Those of `shaft_planes` without the polygons' own.
     """
-    edges = np.empty((max(len(p), len(q)), 3))
-    edge_normals(p, normal, 0.25 * slack, edges)
-    count = edge_planes(p, edges, normal, q, slack, planes, 0)
-    edge_normals(q, other, 0.25 * slack, edges)
-    return edge_planes(q, edges, other, p, slack, planes, count)
+    outward = np.empty((max(len(p), len(q)), 3))
+    edge_normals(p, normal, slack, outward)
+    count = _edge_planes(p, outward, normal, q, slack, planes, 0)
+    edge_normals(q, other, slack, outward)
+    return _edge_planes(q, outward, other, p, slack, planes, count)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def fronts(geometry, i, j, planes, count):
+def front_planes(geometry, i, j, planes, count):
     """Write the planes of two polygons after ``count`` others; return how many there are then."""
-    return _front(geometry, j, planes, _front(geometry, i, planes, count))
+    return _front_plane(geometry, j, planes, _front_plane(geometry, i, planes, count))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _front(geometry, i, planes, count):
+def _front_plane(geometry, i, planes, count):
     """Write the plane of polygon i after ``count`` others; return how many there are then."""
     normal, middle = geometry.normal[i], geometry.centroid[i]
     for c in range(3):
@@ -97,14 +97,14 @@ def _front(geometry, i, planes, count):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def edge_planes(p, edges, normal, q, slack, planes, count):
+def _edge_planes(p, outward, normal, q, slack, planes, count):
     """Write the planes through edges of p that just touch q after ``count`` others.
 
-    ``edges`` are those that `edge_normals` finds of p, ``q`` any convex body. Returns how many
+    ``outward`` is what `edge_normals` finds of p, ``q`` any convex body. Returns how many
     there are then.
     """
     for e in range(len(p)):
-        if _plane_about(p[e], edges[e], normal, q, slack, planes[count]):
+        if _plane_about(p[e], outward[e], normal, q, slack, planes[count]):
             count += 1
     return count
 

@@ -1,5 +1,6 @@
 """Form factors on disk: ``.npz`` holds everything, ``.csv`` and View3D's text the matrix F."""
 
+import errno
 import os
 import zlib
 from collections.abc import Callable
@@ -38,7 +39,8 @@ def save_factors(factors: FormFactors, path: str | os.PathLike, format: str | No
     - ``csv``: n rows of F with 17 digits, which name each float64. Written only: without areas
       it cannot be read back.
     - ``view3d``: the text that View3D puts out: a header ``View3D version out encl emit n``, the
-      areas, n rows of F, the emittances (1, since F holds none), with 17 digits.
+      areas, n rows of F, the emittances (1, since F holds none), with 17 digits. What meets
+      surfaces that are no rows is not told from what leaves: read back, both are environment.
 
     Parameters
     ----------
@@ -118,6 +120,10 @@ def find_format(path: str | os.PathLike, asked: str | None = None) -> str:
     """Return the format that is asked for, or that the suffix names; ValueError if neither does."""
     kind = asked or FORMATS.get(Path(path).suffix.lower())
     if kind not in FORMATS.values():
+        if Path(path).is_dir():
+            raise IsADirectoryError(
+                errno.EISDIR, "is a folder; add the name of a file, such as F.npz", str(path)
+            )
         raise ValueError(
             f"{path}: format {asked or Path(path).suffix!r} must be one of npz, csv and view3d; "
             f"give a format or one of the suffixes {', '.join(FORMATS)}"
