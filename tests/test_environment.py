@@ -78,6 +78,20 @@ def test_estimates_are_honest():
     assert abs(ratio.mean()) < 0.3  # 100 of them: no bias
 
 
+def test_estimates_of_small_shares_are_honest():
+    """Small sheets in a closed room: what its exact rows lack is what the rays should find."""
+    rng, ratio = np.random.default_rng(3), []
+    for _ in range(24):
+        sheet = 0.1 * SQUARE @ rotation(rng).T + rng.uniform(0.3, 0.7, 3)
+        visibility, _, patches = meshed(faces_of(np.concatenate([ROOM, sheet[None]])), 1)
+        found = form_factors(patches, visibility, np.asarray(patches.face < 6), 1e-3)
+        live = np.flatnonzero(found.openness.share > 0)
+        assert len(live) == 6 and found.openness.share.max() < 0.04
+        ratio.append(found.closure[live] / found.openness.error[live])
+    assert 0.5 < np.sqrt(np.mean(np.square(ratio))) < 1
+    assert np.abs(ratio).max() < 3.5  # of 144
+
+
 def test_errors_fall_with_the_accuracy_asked():
     found = [openness_of(WITHOUT_LID, 14, a)[0] for a in (0.1, 0.01)]
     asked = [f.error[f.share > 0] for f in found]
