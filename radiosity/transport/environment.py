@@ -114,7 +114,8 @@ class _Ends:
     """Tells where rays end: OUTSIDE, on a ROW, or on a SURFACE without a row.
 
     Where a row and another face coincide and look the same way, a copy of it among the
-    obstructions say, a ray meets either; such faces stand for the row.
+    obstructions say, a ray meets either; such faces stand for the row. What lies on a covered part
+    of a row's face with its front towards it hides that part; a ray meets either as well.
     """
 
     def __init__(self, patches, visibility, live):
@@ -145,24 +146,20 @@ class _Ends:
         kind = np.where(face < 0, OUTSIDE, np.where(self._rows(face, cosine), ROW, SURFACE))
         if self._rows_only is not None:
             again = np.flatnonzero(kind == SURFACE)
-            row, same = self._coincides(self._rows_only, start, direction, far, cosine, again, 1)
-            kind[again[same & self._rows(row, self._cosine(row, direction[again]))]] = ROW
+            row, other, near = self._met_there(self._rows_only, start, direction, far, again)
+            kind[again[near & (other * cosine[again] > 0) & self._rows(row, other)]] = ROW
         if self._others_only is not None:
             again = np.flatnonzero((kind == ROW) & self._covered[face, (cosine < 0).astype(int)])
-            over = self._coincides(self._others_only, start, direction, far, cosine, again, -1)[1]
-            kind[again[over]] = SURFACE
+            _, other, near = self._met_there(self._others_only, start, direction, far, again)
+            kind[again[near & (other * cosine[again] < 0)]] = SURFACE
         return kind
 
-    def _coincides(self, first_hits, start, direction, far, cosine, rays, look):
-        """Return the faces (k,) of some that rays meet, and whether where they ended before.
-
-        ``look`` is 1 for faces that look the same way as what they ended on, -1 for the opposite.
-        """
+    def _met_there(self, first_hits, start, direction, far, rays):
+        """Return the faces (k,) of some that rays meet, their cosines, whether where they ended."""
         face, distance = first_hits(start[rays], direction[rays])
-        other = self._cosine(face, direction[rays])
-        apart = np.abs((distance - far[rays]) * other)
-        near = apart <= self._visibility.touch + BLUR
-        return face, (face >= 0) & (look * other * cosine[rays] > 0) & near
+        cosine = self._cosine(face, direction[rays])
+        apart = np.abs((distance - far[rays]) * cosine)
+        return face, cosine, (face >= 0) & (apart <= self._visibility.touch + BLUR)
 
     def _cosine(self, face, direction):
         return np.einsum("kc,kc->k", direction, self._visibility.face_normal[face])

@@ -32,7 +32,7 @@ def written_whole(path: str | os.PathLike) -> Iterator[Path]:
     '42'
     """
     place = Path(os.path.realpath(path))
-    if place.exists() and not place.is_file() and not place.is_dir():
+    if _is_device(place):
         with _named(place):
             yield place
         return
@@ -61,11 +61,15 @@ def _named(place):
 def check_place(path: str | os.PathLike) -> None:
     """Raise the OSError that writing ``path`` would end in, before the work is done for it."""
     place = Path(os.path.realpath(path))
-    if place.exists() and not place.is_file() and not place.is_dir():
+    if _is_device(place):
         return
     temporary = _beside(place)
     _check_place(place, temporary)
     temporary.unlink()
+
+
+def _is_device(place):
+    return place.exists() and not place.is_file() and not place.is_dir()
 
 
 def _beside(place):
