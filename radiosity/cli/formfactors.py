@@ -186,7 +186,7 @@ def _of_scene(scene, accuracy, mesh, rest) -> Found:
 
     from radiosity.solve.plan import check_memory, make_plan
 
-    plan = make_plan(scene.faces, accuracy, mesh or "auto")
+    plan = make_plan(scene, accuracy, mesh or "auto", order=0)
     memory = check_memory(plan.cells, rest["memory"])
     from radiosity.solve.assembly import scene_factors
 

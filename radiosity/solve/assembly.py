@@ -71,11 +71,11 @@ def scene_factors(
     (6, 6)
     >>> solution = radiosity.solve(scene, 0.1, mesh="1", factors=found.factors)
     """
-    plan = make_plan(scene.faces, accuracy, mesh)
+    plan = make_plan(scene, accuracy, mesh, order=0)
     check_memory(plan.cells, memory)
     reach = find_reach(scene, plan.shape, seed)
     check_memory(len(reach.patches), memory)
-    raw = raw_factors(reach, plan.factors, seed, progress)
+    raw = raw_factors(reach, plan.recipe.factors, seed, progress)
     f = repaired(raw) if repair else raw
     return SceneFactors(f.replaced(area=np.where(reach.live, f.area, 0.0)), reach)
 

@@ -1,16 +1,24 @@
-"""Solvers of the radiosity system B = M_e + rho F B, one function each, one interface.
+"""Solvers of the radiosity system B = M_e + rho F B, one function each, one interface (E7).
 
-A solver takes ``(factors, rho, emission, tolerance)`` with rho and emission (n, bands) and returns
-``(B, history)``: radiosities (n, bands) and the error bound after each iteration. It stops when
-the bound max|residual| / (1 - max rho row sum), relative to max B, is below ``tolerance``.
+A solver takes ``(system, tolerance, watch)`` and returns ``(B, history)``: coefficients of the
+radiosity (m, bands) and the error bound after each iteration. It stops when the bound
+max|residual| / min(1 - rho row sum), relative to max B, is below ``tolerance``: a bound where B is
+constant on each patch, an estimate where it is linear. ``watch(B)``, where one is given, is called
+with every iterate of those that make useful pictures early.
 """
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
+from radiosity.transport.linear import LinearFactors
 from radiosity.transport.operator import FormFactors
 
 LIMIT, RESTART = 1000, 50
+SHOTS = 200  # of every coefficient, before shooting gives up
+Watch = Callable[[np.ndarray], None]
 
 
 class NotConverged(RuntimeError):
@@ -25,13 +33,81 @@ class NotConverged(RuntimeError):
         )
 
 
+@dataclass(frozen=True)
+class System:
+    """B = M_e + rho F B for m coefficients, in bands.
+
+    Attributes
+    ----------
+    factors : FormFactors or LinearFactors
+    reflectance : (m, bands) float64
+        rho of the patch that a coefficient belongs to.
+    absorptance : (m, bands) float64
+        1 - rho, given by itself so that it keeps its digits near rho = 1.
+    source : (m, bands) float64
+        M_e, and what is reflected of the light that enters from outside.
+    """
+
+    factors: FormFactors | LinearFactors
+    reflectance: np.ndarray
+    absorptance: np.ndarray
+    source: np.ndarray
+
+    @property
+    def margin(self) -> float:
+        """Return min_i (1 - rho_i sum_j F_ij): what an error loses at least at each bounce."""
+        loss = self.factors.loss[:, None]
+        return float((self.absorptance + self.reflectance * loss).min(initial=1.0))
+
+    def residual(self, b: np.ndarray) -> np.ndarray:
+        """Return M_e + rho F B - B."""
+        return self.source + self.reflectance * (self.factors @ b) - b
+
+    def bound(self, b: np.ndarray, residual: np.ndarray | None = None) -> float:
+        """Return the bound of the largest error in B, relative to the largest B."""
+        residual = self.residual(b) if residual is None else residual
+        worst, largest = np.abs(residual).max(initial=0.0), np.abs(b).max(initial=0.0)
+        if worst == 0.0:
+            return 0.0
+        margin = self.margin
+        return float(worst / (margin * largest)) if margin > 0.0 else float("inf")
+
+
+def jacobi(system: System, tolerance: float, watch: Watch | None = None):
+    """Jacobi, bounce by bounce: B_k is the light after k reflections."""
+    b, history = system.source.copy(), []
+    for _ in range(LIMIT):
+        residual = system.residual(b)
+        history.append(system.bound(b, residual))
+        if history[-1] <= tolerance:
+            return b, history
+        b = b + residual
+        if watch is not None:
+            watch(b)
+    raise NotConverged("Jacobi", history, tolerance)
+
+
+def gauss_seidel(system: System, tolerance: float, watch: Watch | None = None):
+    """Gauss-Seidel: each patch gathers from the newest radiosities of all others."""
+    b, history = system.source.copy(), []
+    matrix, area = system.factors.rows()
+    for _ in range(LIMIT):
+        _sweep(matrix, area, system.reflectance, system.source, b)
+        history.append(system.bound(b))
+        if history[-1] <= tolerance:
+            return b, history
+        if watch is not None:
+            watch(b)
+    raise NotConverged("Gauss-Seidel", history, tolerance)
+
+
 @njit(cache=True, nogil=True)
-def _sweep(exchange, area, rho, emission, b):
+def _sweep(matrix, area, rho, source, b):
     n, bands = b.shape
     arriving = np.empty(bands)
     for i in range(n):
         arriving[:] = 0.0
-        row = exchange[i]
+        row = matrix[i]
         for j in range(n):
             f = row[j]
             if f != 0.0:
@@ -39,74 +115,201 @@ def _sweep(exchange, area, rho, emission, b):
                     arriving[k] += f * b[j, k]
         for k in range(bands):
             incident = arriving[k] / area[i] if area[i] > 0.0 else 0.0
-            b[i, k] = emission[i, k] + rho[i, k] * incident
+            b[i, k] = source[i, k] + rho[i, k] * incident
 
 
-def contraction(factors: FormFactors, rho: np.ndarray) -> float:
-    """Return max_i rho_i sum_j F_ij, the factor by which each bounce shrinks an error."""
-    return float((rho * factors.row_sums()[:, None]).max(initial=0.0))
+def southwell(system: System, tolerance: float, watch: Watch | None = None):
+    """Southwell, shooting: the patch with most unshot power sends it to all others.
 
-
-def gauss_seidel(factors: FormFactors, rho, emission, tolerance):
-    """Gauss-Seidel: each patch gathers from the newest radiosities of all others."""
-    b = emission.copy()
-    history = []
-    for _ in range(LIMIT):
-        _sweep(factors.exchange, factors.area, rho, emission, b)
-        history.append(_bound(factors, rho, emission, b))
+    Progressive refinement of Cohen et al. (1988): useful pictures early. ``watch`` gets B with their
+    ambient correction, the unshot light spread evenly over all surfaces with its reflections; the
+    answer is without it.
+    """
+    matrix, area = system.factors.rows()
+    columns = np.ascontiguousarray(matrix.T)
+    weight, rho = system.factors.weight, system.reflectance
+    b, unshot, history = system.source.copy(), system.source.copy(), []
+    for _ in range(SHOTS):
+        for _ in range(8 if watch is not None else 1):
+            _shoot(columns, area, rho, weight, b, unshot, max(1, len(b) // 8))
+            if watch is not None:
+                watch(b + rho * _ambient(weight, rho, unshot))
+        history.append(system.bound(b))
         if history[-1] <= tolerance:
             return b, history
-    raise NotConverged("Gauss-Seidel", history, tolerance)
+    raise NotConverged("Southwell", history, tolerance)
 
 
-def gmres(factors: FormFactors, rho, emission, tolerance):
+@njit(cache=True, nogil=True)
+def _shoot(columns, area, rho, weight, b, unshot, shots):
+    """Let the coefficients with most unshot power, each after the other, send it out."""
+    n, bands = b.shape
+    sent = np.empty(bands)
+    for _ in range(shots):
+        best, most = -1, 0.0
+        for i in range(n):
+            power = 0.0
+            for k in range(bands):
+                power += abs(unshot[i, k])
+            power *= weight[i]
+            if power > most:
+                best, most = i, power
+        if best < 0:
+            return
+        for k in range(bands):
+            sent[k] = unshot[best, k]
+            unshot[best, k] = 0.0
+        for j in range(n):
+            f = columns[best, j]
+            if f != 0.0:
+                for k in range(bands):
+                    gain = rho[j, k] * f / area[j] * sent[k]
+                    b[j, k] += gain
+                    unshot[j, k] += gain
+
+
+def _ambient(weight, rho, unshot):
+    """Return (bands,) the irradiance of unshot light spread evenly, with all its reflections."""
+    share = weight / weight.sum()
+    return share @ unshot / np.maximum(1.0 - share @ rho, 1e-12)
+
+
+def gmres(system: System, tolerance: float, watch: Watch | None = None):
     """GMRES (scipy), a band at a time; the history bounds each band's error after each step."""
     from scipy.sparse.linalg import LinearOperator
     from scipy.sparse.linalg import gmres as scipy_gmres
 
-    b, history = emission.copy(), []
-    n, left = len(b), max(1.0 - contraction(factors, rho), 1e-12)
-    for k in np.flatnonzero(emission.any(axis=0)):
-        system = LinearOperator((n, n), lambda x, r=rho[:, k]: x - r * (factors @ x))
-        scale = np.linalg.norm(emission[:, k]) / (left * emission[:, k].max())
+    factors, source = system.factors, system.source
+    b, history = source.copy(), []
+    n, left = len(b), max(system.margin, 1e-12)
+    for k in np.flatnonzero(source.any(axis=0)):
+        rho = system.reflectance[:, k]
+        matrix = LinearOperator((n, n), lambda x, r=rho: x - r * (factors @ x))
+        scale = np.linalg.norm(source[:, k]) / (left * np.abs(source[:, k]).max())
         b[:, k], stopped = scipy_gmres(
-            system, emission[:, k], x0=emission[:, k], rtol=tolerance / scale, restart=RESTART,
+            matrix, source[:, k], x0=source[:, k], rtol=tolerance / scale, restart=RESTART,
             maxiter=-(-LIMIT // RESTART), callback_type="pr_norm",
             callback=lambda norm, s=scale: history.append(float(norm * s)),
         )  # fmt: skip
         if stopped:
             raise NotConverged("GMRES", history, tolerance)
-    history.append(_bound(factors, rho, emission, b))
-    if history[-1] > tolerance:
-        raise NotConverged("GMRES", history, tolerance)
-    return b, history
+    return _finished("GMRES", system, b, history, tolerance)
 
 
-def direct(factors: FormFactors, rho, emission, tolerance):
-    """LU factorisation (LAPACK); bands of one reflectance share it."""
-    from scipy.linalg import lu_factor, lu_solve
+def cg(system: System, tolerance: float, watch: Watch | None = None):
+    """Conjugate gradients on the symmetric form, a band at a time (Neumann & Tobler 1994).
 
-    b = np.empty_like(emission)
-    distinct, which = np.unique(rho, axis=1, return_inverse=True)
-    matrix = factors.toarray()
+    With S = A^1/2 F A^-1/2, symmetric by reciprocity: (I - rho^1/2 S rho^1/2) z = rho^1/2 S A^1/2
+    M_e and B = M_e + rho^1/2 A^-1/2 z, which is right where rho = 0 too.
+
+    Raises
+    ------
+    ValueError
+        For elements of order 1, whose factors are not symmetric.
+    """
+    if not isinstance(system.factors, FormFactors):
+        raise ValueError("solver = 'cg' needs reciprocal factors: use order 0, or gmres")
+    b, history, exchange = system.source.copy(), [], system.factors.exchange
+    root = np.sqrt(np.where(system.factors.area > 0, system.factors.area, np.inf))
+    for k in np.flatnonzero(system.source.any(axis=0)):
+        half = np.sqrt(system.reflectance[:, k]) / root
+        z, residual = np.zeros(len(b)), half * (exchange @ system.source[:, k])
+        step, square = residual.copy(), residual @ residual
+        for _ in range(LIMIT):
+            b[:, k] = system.source[:, k] + half * z
+            history.append(_bound_of(system, b, k))
+            if history[-1] <= tolerance or square == 0.0:
+                break
+            product = step - half * (exchange @ (half * step))
+            along = square / (step @ product)
+            z, residual = z + along * step, residual - along * product
+            before, square = square, residual @ residual
+            step = residual + square / before * step
+    return _finished("CG", system, b, history, tolerance)
+
+
+def _bound_of(system, b, k):
+    """Return the bound of the error in one band."""
+    rho, source = system.reflectance[:, k], system.source[:, k]
+    residual = source + rho * (system.factors @ b[:, k]) - b[:, k]
+    return system.bound(b[:, k], residual)
+
+
+def direct(system: System, tolerance: float, watch: Watch | None = None):
+    """Elimination; bands of one reflectance share it.
+
+    By LAPACK; where reflectances are near 1 by that of Grassmann, Taksar and Heyman (1985), in
+    which nothing is subtracted, so that every B is right to rounding however small 1 - rho is.
+    """
+    b = np.empty_like(system.source)
+    both = np.concatenate([system.reflectance, system.absorptance])
+    distinct, which = np.unique(both, axis=1, return_inverse=True)
+    careful = isinstance(system.factors, FormFactors) and system.margin < NEAR
+    eliminate = _without_subtraction if careful else _by_lapack
     for k in range(distinct.shape[1]):
         bands = np.flatnonzero(which.ravel() == k)
-        lu = lu_factor(np.eye(len(rho)) - distinct[:, k, None] * matrix)
-        b[:, bands] = lu_solve(lu, emission[:, bands])
-    history = [_bound(factors, rho, emission, b)]
-    if not np.all(np.isfinite(b)) or b.min(initial=0.0) < -tolerance * b.max(initial=0.0):
+        b[:, bands] = eliminate(system, *np.split(distinct[:, k], 2), system.source[:, bands])
+    history = [tolerance if careful else system.bound(b)]
+    if not np.all(np.isfinite(b)):
         raise NotConverged("the direct solver, on a matrix that is singular,", history, tolerance)
     return b, history
 
 
-def _bound(factors, rho, emission, b) -> float:
-    """Return the bound of the largest error in B, relative to the largest B."""
-    residual = np.abs(emission + rho * (factors @ b) - b).max(initial=0.0)
-    left = 1.0 - contraction(factors, rho)
-    largest = np.abs(b).max(initial=0.0)
-    if residual == 0.0:
-        return 0.0
-    return float(residual / (max(left, 0.0) * largest)) if left > 0.0 else float("inf")
+NEAR = 1e-3  # margins below which the direct solver avoids subtractions
 
 
-SOLVERS = {"gauss-seidel": gauss_seidel, "gmres": gmres, "direct": direct}
+def _by_lapack(system, rho, _, source):
+    from scipy.linalg import lu_factor, lu_solve
+
+    matrix, area = system.factors.rows()
+    scale = np.where(area > 0, area, 1.0)
+    return lu_solve(lu_factor(np.eye(len(rho)) - (rho / scale)[:, None] * matrix), source)
+
+
+def _without_subtraction(system, rho, absorptance, source):
+    factors = system.factors
+    matrix = rho[:, None] * factors.toarray()
+    return _eliminate(matrix, absorptance + rho * factors.openness.share, source.copy())
+
+
+@njit(cache=True, nogil=True)
+def _eliminate(a, excess, b):
+    """Solve (diag(excess + sums of rows of a without diagonal) - a) x = b, all of it positive."""
+    n, bands = b.shape
+    pivot = np.empty(n)
+    for k in range(n):
+        pivot[k] = excess[k]
+        for j in range(k + 1, n):
+            pivot[k] += a[k, j]
+        if pivot[k] == 0.0:
+            b[:] = np.nan
+            return b
+        for i in range(k + 1, n):
+            if a[i, k] == 0.0:
+                continue
+            share = a[i, k] / pivot[k]
+            excess[i] += share * excess[k]
+            for c in range(bands):
+                b[i, c] += share * b[k, c]
+            for j in range(k + 1, n):
+                a[i, j] += share * a[k, j]
+    for k in range(n - 1, -1, -1):
+        for c in range(bands):
+            for j in range(k + 1, n):
+                b[k, c] += a[k, j] * b[j, c]
+            b[k, c] /= pivot[k]
+    return b
+
+
+def _finished(name, system, b, history, tolerance):
+    """Return the answer of bands solved one by one where all of it meets the tolerance."""
+    history.append(system.bound(b))
+    if history[-1] > tolerance:
+        raise NotConverged(name, history, tolerance)
+    return b, history
+
+
+SOLVERS = {
+    "gauss-seidel": gauss_seidel, "jacobi": jacobi, "southwell": southwell, "gmres": gmres,
+    "cg": cg, "direct": direct,
+}  # fmt: skip

@@ -7,16 +7,49 @@ import numpy as np
 
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.patches import divisions
+from radiosity.scene.model import Scene
 
+SOLVER_NAMES = ("gauss-seidel", "jacobi", "southwell", "gmres", "cg", "direct")
 FEWEST = 150
-# Bytes at the peak an entry of the matrix; measured: 28 while closure is repaired, 39 with the
+MOST_LINEAR = 3000  # patches of order 1: their matrix has 9 n^2 entries
+# Of the accuracy: the solver's tolerance, and that of far factors where at least FADES of the light
+# is absorbed at each bounce.
+SOLVED, RULE, FADES, FINEST_RULE = 1e-2, 3e-2, 0.1, 1e-7
+# Bytes at the peak a pair of patches; measured for order 0: 28 while closure is repaired, 39 with the
 # direct solver (29 with the others). And a face, in the trees that are searched.
-FACTORS, SOLUTION, FACE = 32, 40, 2500
-PATCHES_AT_UNIT_ACCURACY = 15.0  # gathered irradiance is of second order in the patch size
+FACTORS, FACE, BYTES = 32, 2500, (40, 200)
+# Patches for the accuracy 1; more as its inverse, for the order is 2 in the size of the patches.
+PATCHES_AT_UNIT_ACCURACY, CONSTANT_AT_UNIT_ACCURACY = 3.0, 15.0
 
 
 class Refused(RuntimeError):
     """The plan needs more memory than it may take; nothing was computed."""
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How a mesh is solved.
+
+    Attributes
+    ----------
+    order : int
+        Of the elements, 0 or 1.
+    factors : float
+        Accuracy of form factors of order 0: bound of the summed errors of a row.
+    rule : float
+        Relative tolerance of the factors from points to far patches; 0 for exact sums.
+    tolerance : float
+        Of the solver, relative.
+    solver : str
+    seed : int
+    """
+
+    order: int
+    factors: float
+    rule: float
+    tolerance: float
+    solver: str
+    seed: int = 0
 
 
 @dataclass(frozen=True)
@@ -28,51 +61,80 @@ class Plan:
     accuracy : float
         Asked bound of the relative error (95th percentile over the surfaces).
     shape : (f, 2) int
-        Cells a face is divided into, see `divisions`.
-    factors : float
-        Accuracy of the form factors.
+        Cells a face is divided into, see `divisions`; the first guess where ``adapts``.
+    adapts : bool
+        Whether the mesh is refined until the estimated error meets the accuracy.
+    recipe : Recipe
     samples : int
-        Rays from a point that looks around; a quarter of them goes to each light.
-    tolerance : float
-        Of the solver, relative.
+        Rays from a pixel that looks around; a quarter of them goes to each light.
     """
 
     accuracy: float
     shape: np.ndarray
-    factors: float
+    adapts: bool
+    recipe: Recipe
     samples: int
-    tolerance: float
 
     @property
     def cells(self) -> int:
         """Return how many cells the faces are divided into."""
-        n, m = self.shape.T
-        return int(np.where(m == 0, n * n, n * m).sum())
+        return count_cells(self.shape)
 
 
-def make_plan(faces: Faces, accuracy: float, mesh: str = "auto") -> Plan:
-    """Choose mesh, rays, samples and tolerance for an accuracy.
+def count_cells(shape: np.ndarray) -> int:
+    """Return how many cells faces of ``shape`` (f, 2) have."""
+    n, m = shape.T
+    return int(np.where(m == 0, n * n, n * m).sum())
+
+
+def make_plan(
+    scene: Scene, accuracy: float, mesh: str = "auto", *, order: int | None = None,
+    solver: str = "gauss-seidel", seed: int = 0,
+) -> Plan:  # fmt: skip
+    """Choose elements, mesh, rays, samples and tolerance for an accuracy.
 
     Parameters
     ----------
-    faces : Faces
     accuracy : float
-        In (0, 1).
+        In [0.0001, 1).
     mesh : str
         ``auto``; ``input`` for the faces as they are; or N for N x N cells a face.
+    order : int, optional
+        0 or 1; if not given 1 where the mesh is ``auto`` and not too large, 0 otherwise.
 
     Raises
     ------
     ValueError
-        Accuracy or mesh out of range.
+        Accuracy, mesh, order or solver out of range.
     """
     if not 1e-4 <= accuracy < 1:
         raise ValueError(
             f"accuracy = {accuracy:g} must lie in [0.0001, 1): 0.02 asks for 2 percent"
         )
-    wanted = max(PATCHES_AT_UNIT_ACCURACY / accuracy, FEWEST)
+    if order not in (None, 0, 1):
+        raise ValueError(f"order = {order!r} must be 0 (constant) or 1 (linear elements)")
+    if solver not in SOLVER_NAMES:
+        raise ValueError(f"solver = {solver!r} must be one of {', '.join(SOLVER_NAMES)}")
+    faces = scene.faces
+    shape = _shape(faces, mesh, PATCHES_AT_UNIT_ACCURACY / accuracy)
+    small = count_cells(shape) <= MOST_LINEAR
+    if order is None:
+        order = 1 if mesh == "auto" and small and solver != "cg" else 0
+    if order == 0 and mesh == "auto":
+        shape = _shape(faces, mesh, max(CONSTANT_AT_UNIT_ACCURACY / accuracy, FEWEST))
     samples = int(2 ** np.clip(np.ceil(np.log2(20 / accuracy)), 8, 14))
-    return Plan(accuracy, _shape(faces, mesh, wanted), accuracy, samples, 1e-5 * accuracy)
+    recipe = Recipe(
+        order, accuracy, _rule(scene, accuracy), 1e-5 * accuracy if order == 0 else
+        SOLVED * accuracy, solver, seed,
+    )  # fmt: skip
+    return Plan(accuracy, shape, mesh == "auto" and order == 1, recipe, samples)
+
+
+def _rule(scene, accuracy) -> float:
+    """Return the tolerance of far factors: exact sums where reflections hardly fade."""
+    left = min((float(m.absorptance.min()) for m in scene.materials), default=1.0)
+    rule = RULE * accuracy * min(1.0, left / FADES)
+    return rule if rule > FINEST_RULE else 0.0
 
 
 def _shape(faces, mesh, wanted):
@@ -87,10 +149,15 @@ def _shape(faces, mesh, wanted):
     return np.where(faces.is_triangle[:, None], [count, 0], [count, count])
 
 
-def check_memory(patches: int, limit: float | None) -> int:
+def check_memory(patches: int, limit: float | None, order: int = 0) -> int:
     """Raise `Refused` where a dense solution would not fit; return the bytes that it takes."""
     way_out = "use a larger --accuracy, a coarser --mesh, or allow more with --memory"
-    return check_fits(f"{patches} patches", SOLUTION * patches**2, limit, way_out)
+    return check_fits(f"{patches} patches", BYTES[order] * patches**2, limit, way_out)
+
+
+def fits(patches: int, order: int, limit: float | None) -> bool:
+    """Whether a dense solution on so many patches would fit."""
+    return BYTES[order] * patches**2 <= (free_memory() / 2 if limit is None else limit)
 
 
 def check_factors(rows: int, faces: int, limit: float | None) -> int:

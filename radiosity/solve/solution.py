@@ -1,21 +1,20 @@
 """The solution: radiosity of every patch, how it was obtained, and irradiance anywhere."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from radiosity.light.photometry import illuminance
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Scene
+from radiosity.solve.estimate import Check, Estimate
+from radiosity.solve.level import Level
 from radiosity.solve.plan import Plan
-from radiosity.transport.irradiance import (
-    Surroundings,
-    direct_irradiance,
-    indirect_irradiance,
-)
-from radiosity.transport.threads import Progress, over_ranges, silent
-
-POINTS_AT_ONCE = 65536
+from radiosity.solve.surroundings import make_surroundings
+from radiosity.transport.irradiance import Surroundings
+from radiosity.transport.threads import Progress, silent
 
 
 @dataclass(frozen=True)
@@ -41,44 +40,106 @@ class Solution:
     Attributes
     ----------
     scene : Scene
-    patches : Patches
-    live : (n,) bool
-        Patches that light reaches; the others stay 0.
-    reflectance, emission : (n, 3) float64
-        Reflectance, and exitance of their own in W/m2.
-    irradiance_on : (n, 3) float64
-        Mean irradiance E on each patch, W/m2.
-    radiosity : (n, 3) float64
-        B = M_e + rho E, W/m2.
-    balance : Balance
-    history : list of float
-        The solver's error bound after each iteration.
-    solver : str
     plan : Plan
-    seed : int
-    closed : bool
-    surroundings : Surroundings
+    level : Level
+        The solved mesh.
+    judge : callable
+        Returns the `Check` and the `Estimate` of its error.
     """
 
     scene: Scene
-    patches: Patches
-    live: np.ndarray
-    reflectance: np.ndarray
-    emission: np.ndarray
-    irradiance_on: np.ndarray
-    radiosity: np.ndarray
-    balance: Balance
-    history: list
-    solver: str
     plan: Plan
-    seed: int
-    closed: bool
-    surroundings: Surroundings
+    level: Level
+    judge: Callable[[], tuple[Check, Estimate]]
+
+    @property
+    def patches(self) -> Patches:
+        """Return the patches: all fronts, and the backs that light reaches."""
+        return self.level.reach.patches
+
+    @property
+    def live(self) -> np.ndarray:
+        """Return (n,) bool: patches that light reaches; the others stay 0."""
+        return self.level.reach.live
+
+    @property
+    def reflectance(self) -> np.ndarray:
+        """Return (n, 3) reflectances."""
+        return self.level.terms.reflectance
+
+    @property
+    def emission(self) -> np.ndarray:
+        """Return (n, 3) exitance of the patches' own in W/m2."""
+        return self.level.terms.emission
+
+    @cached_property
+    def irradiance_on(self) -> np.ndarray:
+        """Return (n, 3) mean irradiance E on each patch, W/m2."""
+        return self.level.on_patches(self.level.arriving)
+
+    @cached_property
+    def radiosity(self) -> np.ndarray:
+        """Return (n, 3) mean radiosity B = M_e + rho E of each patch, W/m2."""
+        return self.level.on_patches(self.level.coefficients)
+
+    @property
+    def history(self) -> list[float]:
+        """Return the solver's error bound after each iteration."""
+        return self.level.history
+
+    @property
+    def solver(self) -> str:
+        """Return the name of the solver that was used."""
+        return self.level.solver
+
+    @property
+    def seed(self) -> int:
+        """Return the seed of all sample patterns."""
+        return self.plan.recipe.seed
+
+    @property
+    def closed(self) -> bool:
+        """Return whether no light leaves the scene."""
+        return not np.any(self.level.outside > 0)
+
+    @cached_property
+    def surroundings(self) -> Surroundings:
+        """Return what rays that look around meet."""
+        return make_surroundings(self.level, self.seed)
+
+    @cached_property
+    def balance(self) -> Balance:
+        """Return where the emitted power goes."""
+        level, rows = self.level, self.level.rows
+        area = (self.patches.area[rows] * self.scene.unit_m**2)[:, None]
+        m = len(rows)
+        entering = np.pi * level.outside[:m, None] * self.scene.ambient
+        return Balance(
+            emitted=(area * (level.terms.emission[rows] + entering)).sum(axis=0),
+            absorbed=(area * level.terms.absorptance[rows] * level.arriving[:m]).sum(axis=0),
+            escaped=(area * level.escaping).sum(axis=0),
+        )
+
+    @cached_property
+    def _judgement(self):
+        return self.judge()
+
+    @property
+    def estimate(self) -> Estimate:
+        """Return the estimated errors, computed when first asked for where the mesh was given."""
+        return self._judgement[1]
+
+    @property
+    def error(self) -> np.ndarray:
+        """Return (n, 3) estimated errors of the irradiance on each patch, W/m2."""
+        found = np.zeros_like(self.irradiance_on)
+        found[self.level.rows] = self.estimate.on_patches
+        return found
 
     def irradiance(
         self, points: np.ndarray, normals: np.ndarray, progress: Progress = silent
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the irradiance at points, gathered from the lights and the patches.
+        """Return the irradiance at points, gathered from all patches they see.
 
         Parameters
         ----------
@@ -92,9 +153,8 @@ class Solution:
         E : (k, 3) float64
             W/m2 for each band.
         error : (k, 3) float64
-            What about 95 % of the errors stay below: three times the standard error from two
-            halves of the samples and from patches taken as constant against linear. Errors of
-            the form factors themselves are not in it.
+            What at least 95 % of the errors stay below, estimated from another level, see
+            `Solution.estimate`, and from rays where those had to tell what is seen.
 
         Raises
         ------
@@ -102,28 +162,12 @@ class Solution:
             Arrays of another shape, numbers that are not finite, normals of length 0.
         """
         points, normals = _checked(points, normals)
-        total, error = np.empty_like(points), np.empty_like(points)
-
-        def work(a, b):
-            total[a:b], error[a:b] = self._gathered(points[a:b], normals[a:b], a)
-
-        chunk = max(1, POINTS_AT_ONCE // self.plan.samples)
-        over_ranges(work, len(points), chunk, "irradiance", progress)
-        return total, error
-
-    def _gathered(self, points, normals, first):
-        keys = np.arange(first, first + len(points))
-        half = self.plan.samples // 2
-        args = self.surroundings, points, normals, keys
-        one, one_flat, _ = indirect_irradiance(*args, range(half), self.seed)
-        two, two_flat, _ = indirect_irradiance(*args, range(half, 2 * half), self.seed)
-        seen = self.surroundings.visibility, self.surroundings.lights, points, normals, keys
-        lit = direct_irradiance(*seen, range(half // 4), self.seed)
-        lit_too = direct_irradiance(*seen, range(half // 4, half // 2), self.seed)
-        mean = (one + two) / 2
-        error = np.abs(one - two) / 2 + np.abs(lit - lit_too) / 2
-        error += np.abs(mean - (one_flat + two_flat) / 2)
-        return mean + (lit + lit_too) / 2, 3 * error
+        check, estimate = self._judgement
+        here = self.level.gathered(points, normals, progress)
+        there = check.level.gathered(points, normals)
+        noise = np.sqrt(here.error**2 + there.error**2)
+        difference = check.share * (here.total - there.total)
+        return here.total, estimate.bars(here.total, difference) + 2.0 * noise
 
     @property
     def illuminance(self) -> np.ndarray:

@@ -14,9 +14,10 @@ MOST_LIGHTS = 32  # more emitting faces than this are not sampled one by one
 
 @dataclass(frozen=True)
 class Terms:
-    """Per patch: reflectance rho and emission M_e, (n, 3); where dead both are 0."""
+    """Per patch: reflectance rho, 1 - rho and emission M_e, (n, 3); dead patches are black."""
 
     reflectance: np.ndarray
+    absorptance: np.ndarray
     emission: np.ndarray
 
 
@@ -42,11 +43,21 @@ def _mean_albedo(exponent: float) -> float:
 def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:
     """Return reflectance and emission of every patch; backs reflect only where two-sided."""
     material = scene.faces.material[patches.face]
-    rho = side_reflectance(scene)[np.where(patches.front, 0, 1), material]
+    side = np.where(patches.front, 0, 1)
+    rho = side_reflectance(scene)[side, material]
+    absorptance = np.where(rho > 0.0, _absorptance(scene)[material], 1.0)
     emission = np.pi * np.array([m.emission for m in scene.materials])[material]
-    rho[~live] = 0.0
+    rho[~live], absorptance[~live] = 0.0, 1.0
     emission[~live | ~patches.front] = 0.0
-    return Terms(rho, emission)
+    return Terms(rho, absorptance, emission)
+
+
+def _absorptance(scene: Scene) -> np.ndarray:
+    """Return (materials, 3): 1 - reflectance, with the digits that a material gives it."""
+    diffuse = np.array([m.diffuse for m in scene.materials]).reshape(-1, 3)
+    given = np.array([m.absorptance for m in scene.materials]).reshape(-1, 3)
+    lobes = side_reflectance(scene)[0] - diffuse
+    return given - lobes
 
 
 def side_reflectance(scene: Scene) -> np.ndarray:

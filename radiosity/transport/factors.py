@@ -27,12 +27,15 @@ TIGHTEST, LOOSEST = 1e-12, 1e-4
 CARE = 0.05
 
 
-def patch_geometry(patches: Patches, visibility: Visibility) -> Geometry:
-    """Return patches as the kernels read them, in ray coordinates."""
+def patch_geometry(
+    patches: Patches, visibility: Visibility, rows: np.ndarray | slice = slice(None)
+) -> Geometry:
+    """Return patches, or some rows of them, as the kernels read them, in ray coordinates."""
     centre, scale = visibility.centre, visibility.scale
     return make_geometry(
-        (patches.vertices - centre) * scale, patches.normal, (patches.centroid - centre) * scale,
-        patches.area * scale**2, visibility.grain[patches.face],
+        (patches.vertices[rows] - centre) * scale, patches.normal[rows],
+        (patches.centroid[rows] - centre) * scale, patches.area[rows] * scale**2,
+        visibility.grain[patches.face[rows]],
     )  # fmt: skip
 
 

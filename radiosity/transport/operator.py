@@ -107,6 +107,20 @@ class FormFactors(LinearOperator):
         """Return F as an (n, n) array; F[i, j] is the fraction leaving i that arrives at j."""
         return self._per_area(self.exchange)
 
+    def rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return a matrix and (n,) divisors of its rows whose quotient is F."""
+        return self.exchange, self.area
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Return (n,) what a coefficient's radiosity is worth: the area of its patch."""
+        return self.area
+
+    @property
+    def loss(self) -> np.ndarray:
+        """Return (n,) shares of a row's light that arrive at no row: 1 - its sum."""
+        return np.where(self.exposed, self.openness.share - self.closure, 0.0)
+
     def row_sums(self) -> np.ndarray:
         """Return (n,): what of a patch's light arrives anywhere; 1 in a closed scene."""
         return self._per_area(self.exchange.sum(axis=1, keepdims=True))[:, 0]

@@ -110,7 +110,7 @@ def fill_rows(first, stop, live, geometry, columns, barriers, asked, spaces, uni
             ):
                 continue
             for points in range(FEWEST, LARGEST + 1):
-                low, high = _reach_of(needed, count, points)
+                low, high = reach_of(needed, count, points)
                 if high > low:
                     out = product[points, low:high]
                     products(columns, geometry, i, start + low, high - low, points, out)
@@ -156,7 +156,7 @@ def _points_of_run(geometry, i, start, count, live, tolerance, table, needed):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _reach_of(needed, count, points):
+def reach_of(needed, count, points):
     """Return the range of a run that holds all pairs which need so many points."""
     low, high = count, 0
     for k in range(count):

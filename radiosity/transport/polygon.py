@@ -6,9 +6,12 @@ vertices run counter-clockwise seen from the active side.
 
 import math
 
+import numpy as np
 from numba import njit
 
 TINY = 1e-300
+SECTOR_NODES, SECTOR_WEIGHTS = np.polynomial.legendre.leggauss(8)
+
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _edge_term(ax, ay, az, bx, by, bz, nx, ny, nz):
@@ -54,6 +57,69 @@ def point_factor(px, py, pz, nx, ny, nz, polygon):
     if crossed:
         total += _edge_term(ox, oy, oz, ex, ey, ez, nx, ny, nz)
     return max(0.0, -total / (2.0 * math.pi))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_moment(x, n, polygon, facing, moment):
+    """Add the first moment of a polygon's kernel to moment (3,): int K (y - x - h m) dA.
+
+    K = cos cos'/(pi r^2) is the kernel of E2, m = -``facing`` points at the plane of the polygon, at
+    the distance h. The moment lies in that plane. With w = y - x - h m, t = n - (n.m) m and
+    grad(-1/(2 r^2)) = w/r^4 in the plane, Gauss' theorem leaves integrals over the edges, and one,
+    int dA / r^2, that has no elementary form: it is integrated over the angles of the edges seen
+    from the foot of x.
+
+    Parameters
+    ----------
+    x, n : (3,)
+        Point and unit normal.
+    polygon : (k, 3)
+        Convex, in front of the point and facing it; ``facing`` is its unit normal.
+    """
+    h = 0.0
+    for c in range(3):
+        h -= facing[c] * (polygon[0, c] - x[c])
+    nm = -(n[0] * facing[0] + n[1] * facing[1] + n[2] * facing[2])
+    t0, t1, t2 = n[0] + nm * facing[0], n[1] + nm * facing[1], n[2] + nm * facing[2]
+    a0 = a1 = a2 = plain = 0.0
+    for k in range(len(polygon)):
+        p, q = polygon[k], polygon[k + 1 if k + 1 < len(polygon) else 0]
+        e0, e1, e2 = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+        length = math.sqrt(e0 * e0 + e1 * e1 + e2 * e2)
+        if length < TINY:
+            continue
+        e0, e1, e2 = e0 / length, e1 / length, e2 / length
+        v0, v1 = e1 * facing[2] - e2 * facing[1], e2 * facing[0] - e0 * facing[2]
+        v2 = e0 * facing[1] - e1 * facing[0]
+        r0, r1, r2 = p[0] - x[0], p[1] - x[1], p[2] - x[2]
+        off, begin = r0 * v0 + r1 * v1 + r2 * v2, r0 * e0 + r1 * e1 + r2 * e2
+        end, square = begin + length, h * h + off * off
+        far = math.sqrt(square)
+        angle = math.atan2(far * length, square + begin * end) / far
+        log = 0.5 * math.log((square + end * end) / (square + begin * begin))
+        across, along = t0 * v0 + t1 * v1 + t2 * v2, t0 * e0 + t1 * e1 + t2 * e2
+        w = -0.5 * ((nm * h + across * off) * angle + along * log)
+        a0, a1, a2 = a0 + w * v0, a1 + w * v1, a2 + w * v2
+        plain += _sector(off, begin, end, h)
+    c = h / math.pi
+    moment[0] += c * (a0 + 0.5 * t0 * plain)
+    moment[1] += c * (a1 + 0.5 * t1 * plain)
+    moment[2] += c * (a2 + 0.5 * t2 * plain)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sector(off, begin, end, h):
+    """Return int dA/(h^2 + w^2) over the triangle of the origin and an edge ``off`` from it."""
+    size = abs(off)
+    if size == 0.0:
+        return 0.0
+    one, two = math.atan2(begin, size), math.atan2(end, size)
+    middle, half = 0.5 * (one + two), 0.5 * (two - one)
+    total, ratio = 0.0, (off / h) ** 2
+    for k in range(len(SECTOR_NODES)):
+        cosine = math.cos(middle + half * SECTOR_NODES[k])
+        total += SECTOR_WEIGHTS[k] * math.log(1.0 + ratio / (cosine * cosine))
+    return math.copysign(0.5 * half * total, off)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from radiosity.transport.blockers import MOST
-from radiosity.transport.polygon import area_of, point_factor
+from radiosity.transport.polygon import add_moment, area_of, point_factor
 
 PARTS = 256  # of a polygon that wait to be cut
 CORNERS = 24
@@ -199,11 +199,40 @@ def visible_factor(x, normal, target, shadows):
     touched : bool
         Whether any blocker takes something away.
     """
+    prepare_cones(x, shadows)
+    return factor_past_cones(x, normal, target, normal, shadows, shadows.shade.heights[:0])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def prepare_cones(x, shadows):
+    """Write the planes of all active blockers' shadows from x into ``shadows.shade``."""
     blockers, active, shade = shadows.blockers, shadows.active, shadows.shade
     for m in range(len(active)):
         b = active[m]
         corners = blockers.corners[b, : blockers.count[b]]
         shade.count[m] = _cone(x, corners, blockers.normal[b], shadows.grain, shade.planes[m])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def misses_all(target, planes, count):
+    """Whether no prepared cone (m, PLANES, 5) takes anything away from a polygon.
+
+    ``planes`` and ``count`` (m,) are what `prepare_cones` wrote.
+    """
+    for m in range(len(count)):
+        if count[m] != 0 and not _misses(target, planes[m, : count[m]]):
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def factor_past_cones(x, normal, target, facing, shadows, moment):
+    """Return what `visible_factor` does where the cones of x are prepared: once for many targets.
+
+    The first moment of what is seen is added to ``moment``, see `add_moment`, unless that has
+    length 0; ``facing`` is the target's unit normal.
+    """
+    active, shade = shadows.active, shadows.shade
     for k in range(len(target)):
         _copy(target, k, shade.parts[0], k)
     shade.corners[0], shade.next[0] = len(target), 0
@@ -218,6 +247,8 @@ def visible_factor(x, normal, target, shadows):
             m += 1
         if m == len(active):
             total += point_factor(x[0], x[1], x[2], normal[0], normal[1], normal[2], part)
+            if len(moment) > 0:
+                add_moment(x, normal, part, facing, moment)
             waiting -= 1
             continue
         touched = True

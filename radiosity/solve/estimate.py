@@ -1,0 +1,105 @@
+"""How wrong a solution is: two levels of known orders, compared at points of all surfaces.
+
+A level whose error falls by the factor g from the one to the other differs from it by g - 1 times
+its own error. Halving the cells of linear elements makes g about 4 in the norm of the accuracy,
+which edges and shadows decide; linear elements on the same cells are so much better than constant
+ones that the difference is the error itself.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.light.photometry import luminance
+from radiosity.solve.level import Level
+from radiosity.transport.polygon import first_half, place_evenly
+from radiosity.transport.sampling import hashed, sobol
+
+HALVED, REFINED = 1.0 / 3.0, 1.0
+QUANTILE, DIM = 0.95, 0.1
+SCATTER = 0.7  # of the rms difference, what bars have at least: two levels may agree by chance
+PLACE = 1 << 42  # tells the pattern of these points from others
+
+
+@dataclass(frozen=True)
+class Check:
+    """Another level that tells the error of a solution, and how much of the difference it is.
+
+    Attributes
+    ----------
+    level : Level
+    share : float
+        Error of the solution as a share of its difference to ``level``.
+    """
+
+    level: Level
+    share: float
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimated errors of the irradiance that a level gathers.
+
+    Attributes
+    ----------
+    reached : float
+        95th percentile over the surfaces of the relative error, in the norm of the accuracy.
+    scatter : float
+        Relative error (norm of the accuracy) that every bar has at least.
+    scale : float
+        Irradiance in W/m2 (luminance-weighted) below which errors are no longer relative.
+    on_patches : (m, 3) float64
+        W/m2, at a point of each live patch.
+    """
+
+    reached: float
+    scatter: float
+    scale: float
+    on_patches: np.ndarray
+
+    def bars(self, e: np.ndarray, difference: np.ndarray) -> np.ndarray:
+        """Return (k, 3) error bars of irradiances e (k, 3) that differ so much from the check's."""
+        return np.abs(difference) + self.scatter * np.maximum(e, self._floor(e))
+
+    def _floor(self, e):
+        """Return the least irradiance per band that relative errors refer to."""
+        y = np.maximum(luminance(e), self.scale)
+        return DIM * np.broadcast_to(y[:, None], e.shape)
+
+
+def compare(level: Level, check: Check) -> Estimate:
+    """Return the estimated error of a level."""
+    elements = level.senders.elements
+    points = _one_a_patch(elements.vertices, level.rows)
+    here = level.gathered(points, elements.normal)
+    there = check.level.gathered(points, elements.normal)
+    area = level.reach.patches.area[level.rows]
+    y = luminance(here.total)
+    scale = float(np.average(y, weights=area)) if len(area) else 0.0
+    error = check.share * (here.total - there.total)
+    noise = np.sqrt(here.error**2 + there.error**2)
+    relative = np.abs(luminance(error)) / np.maximum(np.maximum(y, DIM * scale), 1e-300)
+    relative = np.where(y > 0.0, relative, 0.0)
+    rms = float(np.sqrt(np.average(np.minimum(relative, 1.0) ** 2, weights=area))) if scale else 0.0
+    reached = _quantile(relative, area) if scale else 0.0
+    made = Estimate(reached, SCATTER * min(rms, reached), scale, np.zeros((0, 3)))
+    bars = made.bars(here.total, error) + 2.0 * noise
+    return Estimate(reached, made.scatter, scale, bars)
+
+
+def _quantile(values, weight) -> float:
+    """Return the value that QUANTILE of the weight lies below."""
+    order = np.argsort(values)
+    share = np.cumsum(weight[order]) / weight.sum()
+    return float(values[order[np.searchsorted(share, QUANTILE)]])
+
+
+def _one_a_patch(vertices, rows) -> np.ndarray:
+    """Return (m, 3): an evenly chosen point of every patch."""
+    points, x = np.empty((len(rows), 3)), np.empty(3)
+    for k, row in enumerate(rows):
+        shift = int(hashed(int(row), PLACE, 0))
+        s, t = sobol(k, 0, np.uint64(shift)), sobol(k, 1, np.uint64(shift >> 32))
+        place_evenly(vertices[k], first_half(vertices[k]), s, t, x)
+        points[k] = x
+    return points

@@ -1,0 +1,217 @@
+"""One mesh, solved: patches, elements, factors and radiosities, and irradiance from them anywhere."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from radiosity.mesh.elements import make_elements
+from radiosity.scene.model import Scene, SceneError
+from radiosity.solve.assembly import fitted, raw_factors
+from radiosity.solve.methods import SOLVERS, System, Watch
+from radiosity.solve.plan import Recipe, check_memory
+from radiosity.solve.reach import Reach, find_reach
+from radiosity.solve.system import Terms, make_terms
+from radiosity.transport.arrival import Arrival, Senders, arriving, make_senders
+from radiosity.transport.closure import repaired
+from radiosity.transport.factors import patch_geometry
+from radiosity.transport.linear import LinearFactors, linear_factors
+from radiosity.transport.operator import FormFactors
+from radiosity.transport.threads import Progress, silent
+from radiosity.transport.visibility import LIFT
+
+STIFF = 0.02  # margin below which an iteration would crawl: solve directly
+
+
+@dataclass(frozen=True)
+class Level:
+    """A solved mesh.
+
+    Attributes
+    ----------
+    scene : Scene
+    reach : Reach
+    terms : Terms
+    senders : Senders
+        The elements of the live patches.
+    factors : FormFactors or LinearFactors
+        Between all patches, or between the elements of the live ones.
+    coefficients, arriving : (width m, 3) float64
+        Of radiosity and irradiance on the m live patches, W/m2.
+    outside : (width m,) float64
+        Coefficients of the factor to the outside.
+    history : list of float
+        The solver's error bound after each iteration.
+    solver : str
+        The one that was used.
+    """
+
+    scene: Scene
+    reach: Reach
+    terms: Terms
+    senders: Senders
+    factors: FormFactors | LinearFactors
+    coefficients: np.ndarray
+    arriving: np.ndarray
+    outside: np.ndarray
+    history: list
+    solver: str
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Return (m,) the live patches."""
+        return np.flatnonzero(self.reach.live)
+
+    def on_patches(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return (n, bands) patch means of a field of coefficients, 0 where dark."""
+        full = np.zeros((len(self.reach.live), coefficients.shape[1]))
+        full[self.rows] = coefficients[: len(self.senders.elements)]
+        return full
+
+    @property
+    def emitted(self) -> np.ndarray:
+        """Return the coefficients (width m, 3) of the emission."""
+        emission = np.zeros_like(self.coefficients)
+        emission[: len(self.rows)] = self.terms.emission[self.rows]
+        return emission
+
+    def reflected(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return the coefficients of what is reflected, once, of light that live patches send."""
+        rho = np.tile(self.terms.reflectance[self.rows], (self.senders.elements.width, 1))
+        if self.senders.elements.order == 1:
+            return rho * (self.factors @ coefficients)
+        return rho * (self.factors @ self.on_patches(coefficients))[self.rows]
+
+    @property
+    def escaping(self) -> np.ndarray:
+        """Return (m, 3): the radiosity of each live patch that leaves the scene, W/m2."""
+        if self.senders.elements.order == 1:
+            return self.factors.escaping(self.senders.elements, self.coefficients)
+        return self.coefficients * self.outside[:, None]
+
+    def gathered(
+        self, points: np.ndarray, normals: np.ndarray, progress: Progress = silent
+    ) -> Arrival:
+        """Return the irradiance (k, 3) in W/m2 at points of unit normals, and what rays cost it."""
+        found = arriving(
+            self.senders, self.coefficients, points, normals, lift=LIFT, progress=progress
+        )
+        if self.scene.ambient.any():
+            found.total[:] += np.pi * self._sky_at(points, normals)[:, None] * self.scene.ambient
+        return found
+
+    def _sky_at(self, points, normals):
+        """Return (k,) the factors from points to the outside."""
+        sides = self._all_sides
+        one = np.zeros((len(sides.elements), 0))
+        share = 1.0 - arriving(sides, one, points, normals, lift=LIFT).seen
+        return np.where(share > sides.sight.tolerance, share, 0.0)
+
+    @cached_property
+    def _all_sides(self) -> Senders:
+        """Both sides of all faces, lit or not: all that hides the outside."""
+        patches, visibility = self.reach.patches, self.reach.visibility
+        both = patches.with_backs(np.ones(patches.fronts, bool))
+        rows = np.flatnonzero(np.concatenate([patches.behind[:, 0], patches.behind[:, 1]]) < 0)
+        elements = make_elements(both, rows, 0)
+        geometry = patch_geometry(both, visibility, rows)
+        return make_senders(elements, geometry, visibility, self.senders.sight.tolerance)
+
+
+def solve_level(
+    scene: Scene, shape: np.ndarray, recipe: Recipe, *, factors: FormFactors | None = None,
+    reach: Reach | None = None, constant: bool = False, watch: Watch | None = None,
+    memory: float | None = None, progress: Progress = silent,
+) -> Level:  # fmt: skip
+    """Mesh the faces into ``shape`` cells and solve.
+
+    Parameters
+    ----------
+    factors : FormFactors, optional
+        For order 0, those of the same patches, made before.
+    reach : Reach, optional
+        Where the mesh is known.
+    constant : bool
+        Leave the slopes of linear elements out: constant ones, by collocation.
+    memory : float, optional
+        Bytes that may be used; half of what is free by default.
+
+    Raises
+    ------
+    SceneError
+        Nothing in a closed part of the scene absorbs.
+    ValueError
+        ``factors`` of other patches.
+    Refused
+        The matrix would not fit into ``memory``.
+    NotConverged, NotClosable
+    """
+    progress("mesh", 0, 1)
+    reach = find_reach(scene, shape, recipe.seed) if reach is None else reach
+    progress("mesh", 1, 1)
+    patches, rows = reach.patches, np.flatnonzero(reach.live)
+    check_memory(len(patches), memory, recipe.order)
+    terms = make_terms(scene, patches, reach.live)
+    elements = make_elements(patches, rows, recipe.order)
+    geometry = patch_geometry(patches, reach.visibility, rows)
+    senders = make_senders(elements, geometry, reach.visibility, recipe.rule)
+    if recipe.order == 1:
+        factors = linear_factors(senders, patches.area[rows], recipe.seed, progress)
+        if constant:
+            factors = factors.without_slopes()
+        outside, own = factors.outside, rows
+    else:
+        if factors is None:
+            factors = repaired(raw_factors(reach, recipe.factors, recipe.seed, progress))
+        else:
+            factors = fitted(factors, reach)
+        outside, own = factors.environment, np.arange(len(patches))
+    system = _system(scene, terms, factors, outside, own, elements.width)
+    solver = _suited(recipe.solver, system, reach.live[own])
+    b, history = SOLVERS[solver](system, recipe.tolerance, watch)
+    e = factors @ b + _entering(scene, outside)
+    if recipe.order == 0:
+        b, e, outside = b[rows], e[rows], outside[rows]
+    return Level(scene, reach, terms, senders, factors, b, e, outside, history, solver)
+
+
+def _entering(scene, outside):
+    """Return the irradiance of the light that enters from outside."""
+    return np.pi * outside[:, None] * scene.ambient
+
+
+def _system(scene, terms, factors, outside, own, width) -> System:
+    """Return the equations of the coefficients of patches ``own``."""
+    rho = np.tile(terms.reflectance[own], (width, 1))
+    source = rho * _entering(scene, outside)
+    source[: len(own)] += terms.emission[own]
+    return System(factors, rho, np.tile(terms.absorptance[own], (width, 1)), source)
+
+
+def _suited(solver, system, live):
+    """Refuse rooms that nothing absorbs in; solve directly where bounces hardly fade."""
+    if np.any(system.absorptance <= 0.0) and np.any(_never_fades(system, live)):
+        raise SceneError(
+            "materials",
+            ["every lit surface has reflectance 1 in a closed scene, or in a closed part of it, "
+             "so light never fades: let something absorb (diffuse below 1)"],
+        )  # fmt: skip
+    return "direct" if system.margin < STIFF else solver
+
+
+def _never_fades(system, live) -> np.ndarray:
+    """Return (parts, bands) bool: closed parts of the scene where nothing lit absorbs."""
+    n = len(live)
+    matrix, loss = system.factors.rows()[0][:n, :n], system.factors.loss[:n]
+    parts, part = connected_components(csr_matrix(matrix > 0), directed=False)
+    fades = np.zeros((parts, system.reflectance.shape[1]), bool)
+    absorbs = system.absorptance[:n] > 0.0
+    np.logical_or.at(fades, part, absorbs | (loss > LOST)[:, None])
+    lit = np.zeros(parts, bool)
+    lit[part[live]] = True
+    return lit[:, None] & ~fades
+
+
+LOST = 1e-9  # share of a row's light that leaves it: more than rounding

@@ -1,0 +1,105 @@
+"""Form factors between elements of order 1, by collocation at the Gauss points of the patches."""
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator
+
+from radiosity.mesh.elements import Elements, Nodes, make_nodes
+from radiosity.transport.arrival import Senders, points_at_once, weights_of
+from radiosity.transport.threads import Progress, over_ranges, silent
+
+ROUNDING = 1e-12
+CLOSED = 10.0  # tolerances of far factors by which the factors of a node may miss 1
+
+
+class LinearFactors(LinearOperator):
+    """How the irradiance on n patches depends on their radiosities, both linear on each patch.
+
+    ``factors @ b`` are the coefficients of the irradiance that radiosities of coefficients b cause
+    (see `Elements`): the exact integral over what each node sees, fitted over each patch. At every
+    node of a closed scene the factors sum to 1 up to rounding, without any repair. Reciprocity
+    holds to the order of the elements.
+
+    Attributes
+    ----------
+    area : (n,) float64
+    matrix : (3 n, 3 n) float64
+    nodes : Nodes
+    outside_at, outside : (k,), (3 n,) float64
+        Factor to what is no patch: at the nodes, and its coefficients.
+    doubt : (n, n) float32 or None
+        Standard error of the factors between patches that rays had to tell.
+    """
+
+    def __init__(self, area, matrix, nodes: Nodes, outside_at, doubt: np.ndarray | None):
+        self.area, self.matrix, self.nodes, self.doubt = area, matrix, nodes, doubt
+        self.outside_at, self.outside = outside_at, nodes.fit @ outside_at
+        super().__init__(np.float64, matrix.shape)
+
+    def _matmat(self, x):
+        return self.matrix @ x
+
+    def _matvec(self, x):
+        return self.matrix @ x
+
+    def without_slopes(self) -> "LinearFactors":
+        """Return the factors of linear elements whose slopes neither send nor receive."""
+        n = len(self.area)
+        matrix = np.zeros_like(self.matrix)
+        matrix[:n, :n] = self.matrix[:n, :n]
+        return LinearFactors(self.area, matrix, self.nodes, self.outside_at, self.doubt)
+
+    def escaping(self, elements: Elements, b: np.ndarray) -> np.ndarray:
+        """Return (n, bands): the mean over each patch of B times its factor to the outside."""
+        at = elements.at(self.nodes.points, self.nodes.owner, b)
+        return (self.nodes.fit @ (at * self.outside_at[:, None]))[: len(self.area)]
+
+    def rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return a matrix and divisors of its rows whose quotient is F."""
+        return self.matrix, np.ones(len(self.matrix))
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Return (3 n,) what a coefficient is worth: the area of its patch."""
+        return np.tile(self.area, 3)
+
+    @property
+    def loss(self) -> np.ndarray:
+        """Return (3 n,) shares of a row's light that arrive at no patch; 1 for slopes."""
+        n = len(self.area)
+        return np.concatenate([self.outside[:n], np.ones(2 * n)])
+
+
+def linear_factors(
+    senders: Senders, area: np.ndarray, seed: int = 0, progress: Progress = silent
+) -> LinearFactors:
+    """Assemble the factors between elements of order 1 on patches of areas (n,) (E8)."""
+    elements = senders.elements
+    n, nodes = len(elements), make_nodes(elements)
+    matrix, seen = np.empty((3, n, 3 * n)), np.empty(len(nodes.points))
+    doubt = np.zeros((n, n), np.float32)
+    first = np.searchsorted(nodes.owner, np.arange(n + 1))
+    normal = elements.normal[nodes.owner]
+
+    def work(a, b):
+        here = slice(first[a], first[b])
+        weights, unsure = weights_of(
+            senders, nodes.points[here], normal[here], int(first[a]), seed=seed
+        )
+        fit = _rows(nodes, a, b, here, n)
+        matrix[:, a:b] = (fit @ weights).reshape(3, b - a, 3 * n)
+        seen[here] = weights[:, :n].sum(axis=1)
+        if unsure is not None:
+            share = fit[: b - a]
+            doubt[a:b] = np.sqrt(share.power(2) @ unsure**2)
+
+    over_ranges(work, n, max(1, points_at_once(n) // 4), "form factors", progress)
+    out = 1.0 - seen
+    out[out <= max(ROUNDING, CLOSED * senders.sight.tolerance)] = 0.0
+    doubt = doubt if doubt.any() else None
+    return LinearFactors(area, matrix.reshape(3 * n, 3 * n), nodes, out, doubt)
+
+
+def _rows(nodes: Nodes, a: int, b: int, here: slice, n: int):
+    """Return the part of the fit of patches a to b - 1 from their own nodes."""
+    wanted = (np.arange(3)[:, None] * n + np.arange(a, b)).ravel()
+    return nodes.fit[wanted][:, here]
