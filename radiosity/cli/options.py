@@ -46,8 +46,22 @@ Mesh = Annotated[
         help="Patches: chosen for the accuracy, the file's faces as they are, or N x N a face.",
     ),
 ]
+Order = Annotated[
+    int | None,
+    typer.Option(
+        "--order",
+        metavar="0|1",
+        parser=at_least(0),
+        help="Constant or linear elements; 1 for --mesh auto unless it is too large, else 0.",
+    ),
+]
 Solver = Annotated[
-    str, typer.Option("--solver", metavar="NAME", help="gauss-seidel, gmres or direct.")
+    str,
+    typer.Option(
+        "--solver",
+        metavar="NAME",
+        help="gauss-seidel, jacobi, southwell, gmres, cg (--order 0) or direct.",
+    ),
 ]
 Seed = Annotated[
     int, typer.Option("--seed", metavar="N", parser=at_least(0), help="Of all sample patterns.")

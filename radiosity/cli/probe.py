@@ -7,7 +7,7 @@ import typer
 
 from radiosity.cli import options as o
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import load_scene, solve_scene
+from radiosity.cli.session import Asked, judge, load_scene, reached_line, solve_scene
 
 COLUMNS = ["x", "y", "z", "nx", "ny", "nz"]
 
@@ -22,6 +22,7 @@ def probe(
     ] = None,
     accuracy: o.Accuracy = 0.02,
     mesh: o.Mesh = "auto",
+    order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
@@ -39,18 +40,19 @@ def probe(
     if output:
         check_place(output)
     model = load_scene(scene, mesh, ambient, quiet)
+    asked = Asked(accuracy, mesh, order, solver, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
-        solution = solve_scene(
-            model, accuracy, mesh, solver, seed, memory, threads, quiet, progress
-        )
-        irradiance, _ = solution.irradiance(where[:, :3], where[:, 3:], progress)
-    text = table(where, irradiance)
+        solution = solve_scene(model, asked, progress)
+        irradiance, error = solution.irradiance(where[:, :3], where[:, 3:], progress)
+    text = table(where, irradiance, error)
+    remark(reached_line(solution), quiet)
     if output is None:
         sys.stdout.write(text)
-        return
-    with written_whole(output) as temporary:
-        temporary.write_text(text)
-    remark(f"wrote {output}", quiet)
+    else:
+        with written_whole(output) as temporary:
+            temporary.write_text(text)
+        remark(f"wrote {output}", quiet)
+    judge(solution)
 
 
 def read_points(path: str):
@@ -119,12 +121,15 @@ def _numbers(row, order, width):
     return found
 
 
-def table(points, irradiance) -> str:
-    """Return CSV text: the points, E_r, E_g, E_b in W/m2 and the illuminance in lx."""
+def table(points, irradiance, error) -> str:
+    """Return CSV text: the points, E_r, E_g, E_b in W/m2, illuminance and its error in lx."""
+    import numpy as np
+
     from radiosity.light.photometry import illuminance
 
-    lines = [",".join(COLUMNS + ["E_r", "E_g", "E_b", "illuminance"])]
-    for where, e, lux in zip(points, irradiance, illuminance(irradiance), strict=True):
-        cells = [f"{v:.10g}" for v in where] + [f"{v:.8g}" for v in (*e, lux)]
+    lines = [",".join(COLUMNS + ["E_r", "E_g", "E_b", "illuminance", "error"])]
+    values = np.column_stack([irradiance, illuminance(irradiance), illuminance(error)])
+    for where, found in zip(points, values, strict=True):
+        cells = [f"{v:.10g}" for v in where] + [f"{v:.8g}" for v in found]
         lines.append(",".join(cells))
     return "\n".join(lines) + "\n"

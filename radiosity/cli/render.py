@@ -6,7 +6,7 @@ import typer
 
 from radiosity.cli import options as o
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import load_scene, solve_scene
+from radiosity.cli.session import Asked, load_scene, solve_scene
 
 
 def render(
@@ -19,6 +19,7 @@ def render(
     samples: o.Samples = 128,
     accuracy: o.Accuracy = 0.02,
     mesh: o.Mesh = "auto",
+    order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
@@ -40,10 +41,9 @@ def render(
     model = load_scene(scene, mesh, ambient, quiet)
     chosen = find_camera(model, camera)
     pixels = picture_size(chosen, o.parse_size(size))
+    asked = Asked(accuracy, mesh, order, solver, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
-        solution = solve_scene(
-            model, accuracy, mesh, solver, seed, memory, threads, quiet, progress
-        )
+        solution = solve_scene(model, asked, progress)
         image = gather(solution, chosen, size=pixels, samples=samples, progress=progress)
     write(image, output)
     remark(f"wrote {output}", quiet)

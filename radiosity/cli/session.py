@@ -1,6 +1,8 @@
 """What the verbs have in common: load a scene, solve it, say what was found."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+
+import typer
 
 from radiosity.cli.options import parse_memory, use_threads
 from radiosity.cli.progress import remark
@@ -25,29 +27,63 @@ def load_scene(path: str, mesh: str, ambient: float, quiet: bool):
     return replace(scene, ambient=np.full(3, float(ambient))) if ambient else scene
 
 
-def solve_scene(
-    scene, accuracy, mesh, solver, seed, memory, threads, quiet, progress, factors=None
-):
-    """Solve a scene and remark on the result in one line."""
+@dataclass(frozen=True)
+class Asked:
+    """The options that every verb which solves takes, as typed."""
+
+    accuracy: float
+    mesh: str
+    order: int | None
+    solver: str
+    seed: int
+    memory: str | None
+    threads: int | None
+    quiet: bool
+
+
+def solve_scene(scene, asked: Asked, progress, factors=None):
+    """Solve a scene and remark on the result in two lines."""
     import time
 
     from radiosity.solve.solve import solve
 
-    use_threads(threads)
+    use_threads(asked.threads)
     begun = time.perf_counter()
     solution = solve(
-        scene, accuracy, mesh=mesh, solver=solver, seed=seed,
-        memory=parse_memory(memory), progress=progress, factors=factors,
+        scene, asked.accuracy, mesh=asked.mesh, order=asked.order, solver=asked.solver,
+        seed=asked.seed, memory=parse_memory(asked.memory), progress=progress, factors=factors,
     )  # fmt: skip
     seconds = time.perf_counter() - begun
-    if solution.solver != solver:
+    if solution.solver != asked.solver:
         remark(
             f"note: solved by {solution.solver}: reflectances near 1 make bounces fade slowly",
-            quiet,
+            asked.quiet,
         )
     remark(
         f"solved {scene.name}: {len(solution.patches)} patches, {len(solution.history)} iterations "
         f"in {seconds:.1f} s",
-        quiet,
+        asked.quiet,
     )
     return solution
+
+
+def reached_line(solution) -> str:
+    """Return what accuracy was asked and what is estimated to be reached, as one line."""
+    plan = solution.plan
+    mesh = "" if plan.adapts else f" on the mesh of {len(solution.patches)} patches asked for"
+    return f"asked {_percent(plan.accuracy)}, estimated {_percent(solution.estimate.reached)}{mesh}"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"
+
+
+def judge(solution) -> None:
+    """End with exit code 1 where a mesh that the program chose did not reach the accuracy."""
+    reached, plan = solution.estimate.reached, solution.plan
+    if plan.adapts and reached > plan.accuracy:
+        remark(
+            f"radiosity: reached an estimated error of {_percent(reached)}, more than the "
+            f"{_percent(plan.accuracy)} asked: allow more with --memory, or ask for less"
+        )
+        raise typer.Exit(1)

@@ -6,7 +6,7 @@ import typer
 
 from radiosity.cli import options as o
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import load_scene, solve_scene
+from radiosity.cli.session import Asked, judge, load_scene, reached_line, solve_scene
 
 
 def solve(
@@ -25,6 +25,7 @@ def solve(
     ] = None,
     accuracy: o.Accuracy = 0.02,
     mesh: o.Mesh = "auto",
+    order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
@@ -44,10 +45,9 @@ def solve(
         check_place(output)
     saved = _load(factors, memory)
     model = load_scene(scene, mesh, ambient, quiet)
+    asked = Asked(accuracy, mesh, order, solver, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
-        solution = solve_scene(
-            model, accuracy, mesh, solver, seed, memory, threads, quiet, progress, saved
-        )
+        solution = solve_scene(model, asked, progress, saved)
     print(summary(solution))
     if output:
         save(solution, output)
@@ -56,6 +56,7 @@ def solve(
     if error is not None:
         bound = model.truth.relative_tolerance
         print(f"truth: relative error {error:.2e}, stated {bound:g} on mesh {model.truth.mesh}")
+    judge(solution)
 
 
 def _load(path, memory):
@@ -87,4 +88,5 @@ def summary(solution) -> str:
         values = "".join(f"{v:14.6g}" for v in getattr(balance, name))
         rows.append(f"  {name:10}{values}")
     rows.append(f"  balanced within {balance.defect:.1e} of the power emitted")
+    rows.append(f"error         {reached_line(solution)}")
     return "\n".join(rows)

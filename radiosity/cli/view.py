@@ -7,7 +7,7 @@ import typer
 
 from radiosity.cli import options as o
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import load_scene, solve_scene
+from radiosity.cli.session import Asked, load_scene, solve_scene
 
 
 def view(
@@ -21,6 +21,7 @@ def view(
     samples: o.Samples = 128,
     accuracy: o.Accuracy = 0.02,
     mesh: o.Mesh = "auto",
+    order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
@@ -48,10 +49,9 @@ def view(
     picture_size(chosen, pixels)
     shown = screenshot is None and display_available()
     target = screenshot or f"{Path(scene).stem}.png"
+    asked = Asked(accuracy, mesh, order, solver, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
-        solution = solve_scene(
-            model, accuracy, mesh, solver, seed, memory, threads, quiet, progress
-        )
+        solution = solve_scene(model, asked, progress)
         if not shown:
             image = render(solution, chosen, size=pixels, samples=samples, progress=progress)
     if shown:

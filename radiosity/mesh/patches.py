@@ -1,5 +1,6 @@
 """Patches: the one-sided cells that carry radiosity, and the table that finds them again."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -111,14 +112,17 @@ def reversed_winding(vertices: np.ndarray) -> np.ndarray:
     return flipped
 
 
-def divisions(faces: Faces, size: float) -> np.ndarray:
-    """Return (f, 2) how often each face is divided so that cells measure about ``size``."""
+def divisions(faces: Faces, size: float, rounding: Callable = np.ceil) -> np.ndarray:
+    """Return (f, 2) how often each face is divided so that cells measure about ``size``.
+
+    ``rounding`` makes whole numbers of the quotients.
+    """
     v = faces.vertices
     edge = np.linalg.norm(np.roll(v, -1, axis=1) - v, axis=2)
     triangle = faces.is_triangle
     along = np.maximum(edge[:, [0, 1]], edge[:, [2, 3]])
     along[triangle, 0] = edge[triangle][:, [0, 1, 3]].max(axis=1)
-    count = np.maximum(1, np.ceil(along / size - 1e-9)).astype(int)
+    count = np.maximum(1, rounding(along / size - 1e-9)).astype(int)
     count[triangle, 1] = 0
     return count
 

@@ -16,7 +16,7 @@ from radiosity.transport.arrival import make_senders
 from radiosity.transport.threads import Progress, silent
 
 ROUNDS = 6  # of refinement
-AIM, FASTEST, SLOWEST = 0.75, 3.0, 1.2  # of the accuracy; factors that cells shrink by in a round
+AIM, FASTEST, SLOWEST = 0.8, 3.0, 1.15  # of the accuracy; factors that cells shrink by in a round
 
 
 def refined(
@@ -31,7 +31,7 @@ def refined(
     """
     size = _cell_size(scene, plan.shape)
     for _ in range(ROUNDS):
-        coarse = divisions(scene.faces, 2.0 * size)
+        coarse = divisions(scene.faces, 2.0 * size, np.rint)
         level = solve_level(scene, 2 * coarse, plan.recipe, watch=watch, progress=progress)
         check = Check(solve_level(scene, coarse, plan.recipe), HALVED)
         estimate = compare(level, check)
@@ -39,7 +39,7 @@ def refined(
             break
         ratio = np.sqrt(estimate.reached / (AIM * plan.accuracy))
         size /= float(np.clip(ratio, SLOWEST, FASTEST))
-        cells = count_cells(2 * divisions(scene.faces, 2.0 * size))
+        cells = count_cells(2 * divisions(scene.faces, 2.0 * size, np.rint))
         if cells > MOST_LINEAR or not fits(cells, 1, memory):
             break
     return level, check, estimate

@@ -15,9 +15,9 @@ from radiosity.solve.level import Level
 from radiosity.transport.polygon import first_half, place_evenly
 from radiosity.transport.sampling import hashed, sobol
 
-HALVED, REFINED = 1.0 / 3.0, 1.0
+HALVED, REFINED = 0.45, 1.0
 QUANTILE, DIM = 0.95, 0.1
-SCATTER = 0.7  # of the rms difference, what bars have at least: two levels may agree by chance
+SCATTER = 1.0  # of the rms difference, what bars have at least: two levels may agree by chance
 PLACE = 1 << 42  # tells the pattern of these points from others
 
 

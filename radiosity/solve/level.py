@@ -107,7 +107,7 @@ class Level:
         sides = self._all_sides
         one = np.zeros((len(sides.elements), 0))
         share = 1.0 - arriving(sides, one, points, normals, lift=LIFT).seen
-        return np.where(share > sides.sight.tolerance, share, 0.0)
+        return np.where(share > sides.blur, share, 0.0)
 
     @cached_property
     def _all_sides(self) -> Senders:
@@ -117,7 +117,7 @@ class Level:
         rows = np.flatnonzero(np.concatenate([patches.behind[:, 0], patches.behind[:, 1]]) < 0)
         elements = make_elements(both, rows, 0)
         geometry = patch_geometry(both, visibility, rows)
-        return make_senders(elements, geometry, visibility, self.senders.sight.tolerance)
+        return make_senders(elements, geometry, visibility, self.senders.sight.tolerance.max(initial=0))
 
 
 def solve_level(
@@ -156,7 +156,8 @@ def solve_level(
     terms = make_terms(scene, patches, reach.live)
     elements = make_elements(patches, rows, recipe.order)
     geometry = patch_geometry(patches, reach.visibility, rows)
-    senders = make_senders(elements, geometry, reach.visibility, recipe.rule)
+    rule = np.where(terms.emission[rows].any(axis=1), 0.0, recipe.rule)  # lights are exact
+    senders = make_senders(elements, geometry, reach.visibility, rule)
     if recipe.order == 1:
         factors = linear_factors(senders, patches.area[rows], recipe.seed, progress)
         if constant:

@@ -36,10 +36,12 @@ from radiosity.transport.visibility import LIFT, Visibility
 PAIRS_AT_ONCE, POINTS_AT_ONCE = 1 << 18, 64
 RAYS = 64
 HORIZON = 1e-14  # height over the horizon, in ray coordinates, below which nothing is seen
+ROUNDING = 1e-12
+CLOSED = 0.1  # tolerances of far factors by which those of a point may miss 1
 EXACT = 1e-12  # a tolerance below which no rule takes the place of an exact sum
 
 Space = namedtuple(
-    "Space", "shade walk found own planes box point clipped moment result table product needed"
+    "Space", "shade walk found own planes box point x clipped moment result table product needed"
 )
 Space.__doc__ = "Space for one thread, see `make_shade`, `find_blockers`, `rules` and `_exactly`."
 
@@ -47,8 +49,8 @@ Sight = namedtuple("Sight", "geometry columns across boxes blockers free toleran
 Sight.__doc__ = """Patches as points see them, in ray coordinates.
 
 across (2, 3, n): the axes of their elements; boxes (2, runs, 3): lowest and highest corners of each
-RUN of patches; free (bodies + 1,): see `find_blockers`; tolerance: relative, of a far patch's
-factor.
+RUN of patches; free (bodies + 1,): see `find_blockers`; tolerance (n,): relative, of the factor to a
+far patch.
 """
 
 
@@ -56,8 +58,8 @@ def make_space() -> Space:
     """Return space for one thread."""
     return Space(
         make_shade(), np.empty(64, np.int64), np.empty(MOST, np.int64), np.empty(MOST, np.int64),
-        np.empty((7, 4)), np.empty((8, 3)), np.empty((1, 3)), np.empty((CORNERS, 3)), np.empty(3),
-        np.empty(3), np.empty((4, RUN)), np.empty((LARGEST + 1, 3, RUN)), np.empty(RUN, np.int64),
+        np.empty((7, 4)), np.empty((8, 3)), np.empty((1, 3)), np.empty(3), np.empty((CORNERS, 3)),
+        np.empty(3), np.empty(3), np.empty((4, RUN)), np.empty((LARGEST + 1, 3, RUN)), np.empty(RUN, np.int64),
     )  # fmt: skip
 
 
@@ -76,14 +78,26 @@ class Senders:
     visibility: Visibility
     sight: Sight
 
+    @property
+    def blur(self) -> float:
+        """Return by how much the factors of a point that sees patches only may miss 1."""
+        return max(ROUNDING, CLOSED * float(self.sight.tolerance.max(initial=0.0)))
+
+
+def close(weights: np.ndarray, seen: np.ndarray, blur: float) -> None:
+    """Scale the weights of points whose factors, ``seen`` in all, miss 1 by no more than ``blur``."""
+    near = np.abs(seen - 1.0) <= blur
+    weights[near] /= seen[near, None]
+
 
 def make_senders(
-    elements: Elements, geometry: Geometry, visibility: Visibility, tolerance: float
+    elements: Elements, geometry: Geometry, visibility: Visibility, tolerance: float | np.ndarray
 ) -> Senders:
     """Return elements whose patches have the ``geometry`` in ray coordinates.
 
-    ``tolerance`` is relative, of the factor to a patch far from a point.
+    ``tolerance`` is relative, of the factor to a patch far from a point; 0 for exact sums.
     """
+    tolerance = np.full(len(geometry.area), tolerance, float)
     boxes = np.empty((2, -(-len(geometry.area) // RUN), 3))
     bound_runs(geometry.vertices, boxes[0], boxes[1])
     free = np.zeros(int(visibility.blockers.body.max(initial=0)) + 1, bool)
@@ -106,8 +120,8 @@ def weights_of(
     first : int
         Number of the first point; sample patterns are hashed from it.
     lift : float
-        By how much of the scene's half extent points are moved along their normals, off the
-        surface that they were meant to lie on.
+        By how much of the scene's half extent points look past blockers from over their place, off
+        the surface that they were meant to lie on.
 
     Returns
     -------
@@ -119,8 +133,8 @@ def weights_of(
     n, visibility = len(senders.elements), senders.visibility
     weights = np.zeros((len(points), senders.elements.width * n))
     left = np.zeros((len(points), n), bool)
-    x = (points - visibility.centre) * visibility.scale + lift * normals
-    _weigh(x, normals, senders.sight, make_space(), weights, left)
+    x = (points - visibility.centre) * visibility.scale
+    _weigh(x, normals, lift, senders.sight, make_space(), weights, left)
     if not left.any():
         return weights, None
     return weights, _by_rays(senders, points, normals, first, weights, left, seed)
@@ -172,8 +186,9 @@ def arriving(
 
     def work(a, b):
         weights, doubt = weights_of(senders, points[a:b], normals[a:b], a, lift=lift, seed=seed)
-        found.total[a:b] = weights @ coefficients
         found.seen[a:b] = weights[:, :n].sum(axis=1)
+        close(weights, found.seen[a:b], senders.blur)
+        found.total[a:b] = weights @ coefficients
         if doubt is not None:
             found.error[a:b] = np.sqrt(doubt**2 @ coefficients[:n] ** 2)
 
@@ -187,15 +202,16 @@ def points_at_once(patches: int) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _weigh(points, normals, sight, space, weights, left):
+def _weigh(points, normals, lift, sight, space, weights, left):
     """Fill weights (k, width n) with exact factors and moments; mark in left what is for rays."""
     sight, space = borrowed((sight, space))
     points, normals, weights = borrowed((points, normals, weights))
-    patches, x = len(sight.geometry.area), space.point[0]
+    patches, x = len(sight.geometry.area), space.x
     table, product, needed = space.table, space.product, space.needed
     for p in range(len(points)):
         n = normals[p]
-        x[0], x[1], x[2] = points[p, 0], points[p, 1], points[p, 2]
+        for c in range(3):
+            x[c], space.point[0, c] = points[p, c], points[p, c] + lift * n[c]
         for first in range(0, patches, RUN):
             count = min(RUN, patches - first)
             _corners(sight.boxes[0, first // RUN], sight.boxes[1, first // RUN], space.box)
@@ -204,7 +220,7 @@ def _weigh(points, normals, sight, space, weights, left):
             look_along(sight.columns, x, n, first, count, table)
             if not _points_of_run(sight.geometry, first, count, sight.tolerance, table, needed):
                 continue
-            between = _between(x, n, first, sight, space)
+            between = _between(n, first, sight, space)
             if between == HIDDEN:
                 continue
             for m in range(FEWEST, LARGEST + 1):
@@ -228,9 +244,9 @@ def _points_of_run(geometry, first, count, tolerance, table, needed):
         if table[HEIGHT, k] <= _slack(geometry, j) or table[HIGH, k] <= HORIZON:
             continue
         needed[k], some = 0, True
-        if table[LOW, k] >= -HORIZON and tolerance > EXACT:
+        if table[LOW, k] >= -HORIZON and tolerance[j] > EXACT:
             far = math.sqrt(table[SQUARE, k]) / geometry.radius[j]
-            needed[k] = points_needed(far, geometry.bent[j], tolerance)
+            needed[k] = points_needed(far, geometry.bent[j], tolerance[j])
     return some
 
 
@@ -258,8 +274,8 @@ def _hull_planes(x, normal, low, high, planes):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _between(x, n, first, sight, space):
-    """Find what comes between x and a run of patches, and prepare its cones; how many there are.
+def _between(n, first, sight, space):
+    """Find what comes between a point and a run of patches, and prepare its cones; how many there are.
 
     Or HIDDEN or TOO_MANY, see `find_blockers`.
     """
@@ -267,13 +283,13 @@ def _between(x, n, first, sight, space):
         return 0
     low, high = sight.boxes[0, first // RUN], sight.boxes[1, first // RUN]
     slack = _slack(sight.geometry, first)
-    _hull_planes(x, n, low, high, space.planes)
+    _hull_planes(space.point[0], n, low, high, space.planes)
     count = find_blockers(
         sight.blockers, sight.free, space.point, space.box, space.planes, 0.0, slack,
         space.walk, space.found,
     )  # fmt: skip
     if count > 0:
-        prepare_cones(x, _shadows(sight.blockers, space.found[:count], slack, space))
+        prepare_cones(space.point[0], _shadows(sight.blockers, space.found[:count], slack, space))
     return count
 
 
@@ -318,7 +334,7 @@ def _exactly(x, n, j, height, between, sight, space):
     if corners < 3:
         return True
     if between == TOO_MANY:
-        between = _alone(x, n, polygon, slack, sight, space)
+        between = _alone(n, polygon, slack, sight, space)
         if between == HIDDEN:
             return True
         active = space.own[: max(0, between)]
@@ -339,16 +355,16 @@ def _exactly(x, n, j, height, between, sight, space):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _alone(x, n, polygon, slack, sight, space):
-    """Find what comes between x and one patch whose run has too many blockers; see `_between`."""
+def _alone(n, polygon, slack, sight, space):
+    """Find what comes between a point and one patch whose run has too many blockers; see `_between`."""
     low, high = space.box[0], space.box[7]
     for c in range(3):
         low[c], high[c] = polygon[:, c].min(), polygon[:, c].max()
-    _hull_planes(x, n, low, high, space.planes)
+    _hull_planes(space.point[0], n, low, high, space.planes)
     count = find_blockers(
         sight.blockers, sight.free, space.point, polygon, space.planes, 0.0, -slack,
         space.walk, space.own,
     )  # fmt: skip
     if count > 0:
-        prepare_cones(x, _shadows(sight.blockers, space.own[:count], slack, space))
+        prepare_cones(space.point[0], _shadows(sight.blockers, space.own[:count], slack, space))
     return count

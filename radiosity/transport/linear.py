@@ -4,11 +4,8 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
 from radiosity.mesh.elements import Elements, Nodes, make_nodes
-from radiosity.transport.arrival import Senders, points_at_once, weights_of
+from radiosity.transport.arrival import Senders, close, points_at_once, weights_of
 from radiosity.transport.threads import Progress, over_ranges, silent
-
-ROUNDING = 1e-12
-CLOSED = 10.0  # tolerances of far factors by which the factors of a node may miss 1
 
 
 class LinearFactors(LinearOperator):
@@ -16,8 +13,8 @@ class LinearFactors(LinearOperator):
 
     ``factors @ b`` are the coefficients of the irradiance that radiosities of coefficients b cause
     (see `Elements`): the exact integral over what each node sees, fitted over each patch. At every
-    node of a closed scene the factors sum to 1 up to rounding, without any repair. Reciprocity
-    holds to the order of the elements.
+    node of a closed scene the factors sum to 1 up to rounding, or up to the tolerance of far ones and
+    then they are scaled. Reciprocity holds to the order of the elements.
 
     Attributes
     ----------
@@ -76,7 +73,7 @@ def linear_factors(
     elements = senders.elements
     n, nodes = len(elements), make_nodes(elements)
     matrix, seen = np.empty((3, n, 3 * n)), np.empty(len(nodes.points))
-    doubt = np.zeros((n, n), np.float32)
+    doubt, allowed = np.zeros((n, n), np.float32), senders.blur
     first = np.searchsorted(nodes.owner, np.arange(n + 1))
     normal = elements.normal[nodes.owner]
 
@@ -88,13 +85,14 @@ def linear_factors(
         fit = _rows(nodes, a, b, here, n)
         matrix[:, a:b] = (fit @ weights).reshape(3, b - a, 3 * n)
         seen[here] = weights[:, :n].sum(axis=1)
+        close(weights, seen[here], allowed)
         if unsure is not None:
             share = fit[: b - a]
             doubt[a:b] = np.sqrt(share.power(2) @ unsure**2)
 
     over_ranges(work, n, max(1, points_at_once(n) // 4), "form factors", progress)
     out = 1.0 - seen
-    out[out <= max(ROUNDING, CLOSED * senders.sight.tolerance)] = 0.0
+    out[out <= allowed] = 0.0
     doubt = doubt if doubt.any() else None
     return LinearFactors(area, matrix.reshape(3 * n, 3 * n), nodes, out, doubt)
 
