@@ -79,7 +79,7 @@ def test_probe_meets_the_reference(tmp_path):
     process = radiosity("probe", CORNELL, POINTS, "-o", str(out))
     assert process.returncode == 0, process.stderr
     rows = list(csv.DictReader(out.open()))
-    assert list(rows[0]) == [*"xyz", "nx", "ny", "nz", "E_r", "E_g", "E_b", "illuminance"]
+    assert list(rows[0]) == [*"xyz", "nx", "ny", "nz", "E_r", "E_g", "E_b", "illuminance", "error"]
     found = np.array([[float(r[f"E_{b}"]) for b in "rgb"] for r in rows])
     table = np.genfromtxt(
         SCENES / "cornell_box_reference" / "irradiance.csv", delimiter=",", names=True,

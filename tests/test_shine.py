@@ -14,7 +14,7 @@ from radiosity.transport.shine import _leave_the_dark, shine
 
 
 def shone_on(model, mesh):
-    reach = find_reach(model, make_plan(model.faces, 0.1, mesh).shape, 0)
+    reach = find_reach(model, make_plan(model, 0.1, mesh).shape, 0)
     lights = area_lights(model)
     irradiance, face = shine(
         model.faces, reach.patches, reach.live, reach.visibility, reach.table, lights, 0
@@ -45,7 +45,7 @@ def room_with_a_block():
 
 def test_points_of_cut_cells_lie_where_light_is():
     model = room_with_a_block()
-    reach = find_reach(model, make_plan(model.faces, 0.1, "4").shape, 0)
+    reach = find_reach(model, make_plan(model, 0.1, "4").shape, 0)
     patches, start = reach.patches, reach.patches.grid.start
     cells, face, _ = all_cells(model.faces, patches.grid.shape * FINER)
     points = centroids(cells)

@@ -242,7 +242,7 @@ def test_nearly_white_rooms_are_solved_directly():
 
 
 def test_unknown_solvers_are_refused():
-    with pytest.raises(ValueError, match="solver = 'magic' must be one of gauss-seidel, gmres"):
+    with pytest.raises(ValueError, match="solver = 'magic' must be one of gauss-seidel, jacobi"):
         solve(scene(ROOM, 0.5, 1.0), solver="magic")
 
 

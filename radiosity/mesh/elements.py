@@ -110,12 +110,14 @@ def make_nodes(elements: Elements) -> Nodes:
     points = (shares @ v).reshape(-1, 3)[real]
     owner, weight = real // 4, weight.ravel()[real]
     apart = points - elements.centroid[owner]
-    basis = np.column_stack([np.ones(len(real)), np.einsum("kac,kc->ka", elements.axes[owner], apart)])
+    place = np.einsum("kac,kc->ka", elements.axes[owner], apart)
+    basis = np.column_stack([np.ones(len(real)), place])
     gram = np.zeros((n, 3, 3))
     np.add.at(gram, owner, weight[:, None, None] * basis[:, :, None] * basis[:, None, :])
-    dual = np.einsum("kab,kb->ka", np.linalg.pinv(gram, hermitian=True)[owner], weight[:, None] * basis)
-    place = (np.arange(3) * n + owner[:, None]).ravel()
-    fit = csr_array((dual.ravel(), (place, np.repeat(np.arange(len(real)), 3))), shape=(3 * n, len(real)))
+    inverse = np.linalg.pinv(gram, hermitian=True)[owner]
+    dual = np.einsum("kab,kb->ka", inverse, weight[:, None] * basis)
+    row, column = np.arange(3) * n + owner[:, None], np.repeat(np.arange(len(real)), 3)
+    fit = csr_array((dual.ravel(), (row.ravel(), column)), shape=(3 * n, len(real)))
     return Nodes(points, owner, fit)
 
 

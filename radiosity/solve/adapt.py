@@ -54,18 +54,19 @@ def check_of(level: Level, plan: Plan) -> Check:
     """Return what tells the error of a level on a mesh that was given.
 
     Linear elements: the same on cells twice as large where all faces divide so, else their own
-    constant parts. Constant elements: linear ones on the same patches, or, where those are too many,
-    slopes from neighbours.
+    constant parts. Constant elements: linear ones on the same patches, or, where those are too
+    many, slopes from neighbours.
     """
     shape = level.reach.patches.grid.shape
     if plan.recipe.order == 0:
         if len(level.rows) > MOST_LINEAR:
             return Check(smoothed(level), REFINED)
-        linear = replace(plan.recipe, order=1)
+        linear = replace(plan.recipe, order=1, solver="gauss-seidel")
         return Check(solve_level(level.scene, shape, linear, reach=level.reach), REFINED)
     if np.all(shape % 2 == 0):
         return Check(solve_level(level.scene, shape // 2, plan.recipe), HALVED)
-    return Check(solve_level(level.scene, shape, plan.recipe, reach=level.reach, constant=True), HALVED)
+    flat = solve_level(level.scene, shape, plan.recipe, reach=level.reach, constant=True)
+    return Check(flat, HALVED)
 
 
 def smoothed(level: Level) -> Level:
@@ -77,7 +78,6 @@ def smoothed(level: Level) -> Level:
     axes = elements.axes / np.sum(elements.axes**2, axis=2, keepdims=True)
     slopes = np.einsum("nmc,nac->anm", slope, axes).reshape(-1, slope.shape[1])
     sight = level.senders.sight
-    senders = make_senders(
-        elements, sight.geometry, level.senders.visibility, sight.tolerance
-    )
-    return replace(level, senders=senders, coefficients=np.concatenate([level.coefficients, slopes]))
+    senders = make_senders(elements, sight.geometry, level.senders.visibility, sight.tolerance)
+    both = np.concatenate([level.coefficients, slopes])
+    return replace(level, senders=senders, coefficients=both)

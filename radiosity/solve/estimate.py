@@ -6,7 +6,7 @@ which edges and shadows decide; linear elements on the same cells are so much be
 ones that the difference is the error itself.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,7 +47,7 @@ class Estimate:
     scatter : float
         Relative error (norm of the accuracy) that every bar has at least.
     scale : float
-        Irradiance in W/m2 (luminance-weighted) below which errors are no longer relative.
+        Mean irradiance in W/m2 (luminance-weighted); errors are relative to a tenth of it at least.
     on_patches : (m, 3) float64
         W/m2, at a point of each live patch.
     """
@@ -84,7 +84,7 @@ def compare(level: Level, check: Check) -> Estimate:
     reached = _quantile(relative, area) if scale else 0.0
     made = Estimate(reached, SCATTER * min(rms, reached), scale, np.zeros((0, 3)))
     bars = made.bars(here.total, error) + 2.0 * noise
-    return Estimate(reached, made.scatter, scale, bars)
+    return replace(made, on_patches=bars)
 
 
 def _quantile(values, weight) -> float:

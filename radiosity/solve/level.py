@@ -1,4 +1,4 @@
-"""One mesh, solved: patches, elements, factors and radiosities, and irradiance from them anywhere."""
+"""One mesh, solved: its elements, factors and radiosities, and irradiance from them anywhere."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -99,15 +99,17 @@ class Level:
             self.senders, self.coefficients, points, normals, lift=LIFT, progress=progress
         )
         if self.scene.ambient.any():
-            found.total[:] += np.pi * self._sky_at(points, normals)[:, None] * self.scene.ambient
+            share, error = self._sky_at(points, normals)
+            found.total[:] += np.pi * share[:, None] * self.scene.ambient
+            found.error[:] += np.pi * error * self.scene.ambient
         return found
 
     def _sky_at(self, points, normals):
-        """Return (k,) the factors from points to the outside."""
+        """Return (k,) the factors from points to the outside, and (k, 1) their errors."""
         sides = self._all_sides
-        one = np.zeros((len(sides.elements), 0))
-        share = 1.0 - arriving(sides, one, points, normals, lift=LIFT).seen
-        return np.where(share > sides.blur, share, 0.0)
+        found = arriving(sides, np.ones((len(sides.elements), 1)), points, normals, lift=LIFT)
+        share = 1.0 - found.seen
+        return np.where(share > sides.blur, share, 0.0), found.error
 
     @cached_property
     def _all_sides(self) -> Senders:
@@ -117,7 +119,8 @@ class Level:
         rows = np.flatnonzero(np.concatenate([patches.behind[:, 0], patches.behind[:, 1]]) < 0)
         elements = make_elements(both, rows, 0)
         geometry = patch_geometry(both, visibility, rows)
-        return make_senders(elements, geometry, visibility, self.senders.sight.tolerance.max(initial=0))
+        rule = self.senders.sight.tolerance.max(initial=0.0)
+        return make_senders(elements, geometry, visibility, rule)
 
 
 def solve_level(

@@ -17,7 +17,7 @@ from radiosity.transport.linear import LinearFactors
 from radiosity.transport.operator import FormFactors
 
 LIMIT, RESTART = 1000, 50
-SHOTS = 200  # of every coefficient, before shooting gives up
+PICTURES = 8  # that shooting shows while it sends as often as there are coefficients
 Watch = Callable[[np.ndarray], None]
 
 
@@ -121,17 +121,17 @@ def _sweep(matrix, area, rho, source, b):
 def southwell(system: System, tolerance: float, watch: Watch | None = None):
     """Southwell, shooting: the patch with most unshot power sends it to all others.
 
-    Progressive refinement of Cohen et al. (1988): useful pictures early. ``watch`` gets B with their
-    ambient correction, the unshot light spread evenly over all surfaces with its reflections; the
-    answer is without it.
+    Progressive refinement of Cohen et al. (1988): useful pictures early. ``watch`` gets B with
+    their ambient correction, the unshot light spread evenly over all surfaces with its reflections;
+    the answer is without it.
     """
     matrix, area = system.factors.rows()
     columns = np.ascontiguousarray(matrix.T)
     weight, rho = system.factors.weight, system.reflectance
     b, unshot, history = system.source.copy(), system.source.copy(), []
-    for _ in range(SHOTS):
-        for _ in range(8 if watch is not None else 1):
-            _shoot(columns, area, rho, weight, b, unshot, max(1, len(b) // 8))
+    for _ in range(LIMIT):
+        for _ in range(PICTURES):
+            _shoot(columns, area, rho, weight, b, unshot, -(-len(b) // PICTURES))
             if watch is not None:
                 watch(b + rho * _ambient(weight, rho, unshot))
         history.append(system.bound(b))

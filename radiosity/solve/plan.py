@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radiosity.mesh.faces import Faces
 from radiosity.mesh.patches import divisions
 from radiosity.scene.model import Scene
 
@@ -14,9 +13,9 @@ FEWEST = 150
 MOST_LINEAR = 3000  # patches of order 1: their matrix has 9 n^2 entries
 # Of the accuracy: the solver's tolerance, and that of far factors where at least FADES of the light
 # is absorbed at each bounce.
-SOLVED, RULE, FADES, FINEST_RULE = 1e-2, 3e-2, 0.1, 1e-7
-# Bytes at the peak a pair of patches; measured for order 0: 28 while closure is repaired, 39 with the
-# direct solver (29 with the others). And a face, in the trees that are searched.
+SOLVED, RULE, FADES, FINEST_RULE = 1e-5, 3e-2, 0.1, 1e-7
+# Bytes at the peak a pair of patches; measured for order 0: 28 while closure is repaired, 39 with
+# the direct solver (29 with the others). And a face, in the trees that are searched.
 FACTORS, FACE, BYTES = 32, 2500, (40, 200)
 # Patches for the accuracy 1; more as its inverse, for the order is 2 in the size of the patches.
 PATCHES_AT_UNIT_ACCURACY, CONSTANT_AT_UNIT_ACCURACY = 3.0, 15.0
@@ -123,10 +122,7 @@ def make_plan(
     if order == 0 and mesh == "auto":
         shape = _shape(faces, mesh, max(CONSTANT_AT_UNIT_ACCURACY / accuracy, FEWEST))
     samples = int(2 ** np.clip(np.ceil(np.log2(20 / accuracy)), 8, 14))
-    recipe = Recipe(
-        order, accuracy, _rule(scene, accuracy), 1e-5 * accuracy if order == 0 else
-        SOLVED * accuracy, solver, seed,
-    )  # fmt: skip
+    recipe = Recipe(order, accuracy, _rule(scene, accuracy), SOLVED * accuracy, solver, seed)
     return Plan(accuracy, shape, mesh == "auto" and order == 1, recipe, samples)
 
 

@@ -3,7 +3,7 @@
 from radiosity.scene.model import Scene
 from radiosity.solve.adapt import check_of, refined
 from radiosity.solve.estimate import compare
-from radiosity.solve.level import Level, solve_level
+from radiosity.solve.level import solve_level
 from radiosity.solve.methods import NotConverged, Watch
 from radiosity.solve.plan import check_memory, make_plan
 from radiosity.solve.solution import Solution

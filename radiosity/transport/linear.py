@@ -13,8 +13,8 @@ class LinearFactors(LinearOperator):
 
     ``factors @ b`` are the coefficients of the irradiance that radiosities of coefficients b cause
     (see `Elements`): the exact integral over what each node sees, fitted over each patch. At every
-    node of a closed scene the factors sum to 1 up to rounding, or up to the tolerance of far ones and
-    then they are scaled. Reciprocity holds to the order of the elements.
+    node of a closed scene the factors sum to 1 up to rounding, or up to the tolerance of far ones
+    and then they are scaled. Reciprocity holds to the order of the elements.
 
     Attributes
     ----------

@@ -63,8 +63,8 @@ def point_factor(px, py, pz, nx, ny, nz, polygon):
 def add_moment(x, n, polygon, facing, moment):
     """Add the first moment of a polygon's kernel to moment (3,): int K (y - x - h m) dA.
 
-    K = cos cos'/(pi r^2) is the kernel of E2, m = -``facing`` points at the plane of the polygon, at
-    the distance h. The moment lies in that plane. With w = y - x - h m, t = n - (n.m) m and
+    K = cos cos'/(pi r^2) is the kernel of E2, m = -``facing`` points at the plane of the polygon,
+    at the distance h. The moment lies in that plane. With w = y - x - h m, t = n - (n.m) m and
     grad(-1/(2 r^2)) = w/r^4 in the plane, Gauss' theorem leaves integrals over the edges, and one,
     int dA / r^2, that has no elementary form: it is integrated over the angles of the edges seen
     from the foot of x.

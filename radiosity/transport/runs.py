@@ -6,7 +6,6 @@ processor's vectors.
 
 import math
 
-import numpy as np
 from numba import njit
 
 from radiosity.transport.exchange import FIRST
