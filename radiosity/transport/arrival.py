@@ -2,8 +2,8 @@
 
 At a point x the irradiance is E(x) = sum over j of int_j K(x, y) B_j(y) dA, with the kernel K of E2
 and the integral over the part of patch j that is seen past the blockers: Lambert's sum where B_j is
-constant, its first moment too where B_j is linear (E11). Free of noise, so that the order in the mesh
-size shows, and differences between meshes mean something.
+constant, its first moment too where B_j is linear (E11). Free of noise, so that the order in the
+mesh size shows, and differences between meshes mean something.
 """
 
 from dataclasses import dataclass

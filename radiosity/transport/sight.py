@@ -37,8 +37,8 @@ Sight = namedtuple("Sight", "geometry columns across boxes blockers free toleran
 Sight.__doc__ = """Patches as points see them, in ray coordinates.
 
 across (2, 3, n): the axes of their elements; boxes (2, runs, 3): lowest and highest corners of each
-RUN of patches; free (bodies + 1,): see `find_blockers`; tolerance (n,): relative, of the factor to a far
-patch.
+RUN of patches; free (bodies + 1,): see `find_blockers`; tolerance (n,): relative, of the factor to
+a far patch.
 """
 
 
