@@ -131,15 +131,15 @@ def fault_in_pi_of_emission(patch):
 
 
 def fault_in_pi_of_lamps(patch):
-    from radiosity.solve import surroundings
+    from radiosity.solve import level
 
-    original = surroundings.area_lights
+    original = level.area_lights
 
     def without_pi(scene):
         lights = original(scene)
         return AreaLights(lights.polygons, lights.normals, lights.exitance / np.pi)
 
-    patch(surroundings, "area_lights", without_pi)
+    patch(level, "area_lights", without_pi)
 
 
 def fault_in_area(patch):

@@ -8,10 +8,12 @@ from radiosity.mesh.elements import make_elements
 from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.mesh.patches import divisions
 from radiosity.scene.model import Scene
+from radiosity.solve.clustered import Clustered, coarser, solve_clusters
 from radiosity.solve.estimate import HALVED, REFINED, Check, Estimate, compare
 from radiosity.solve.level import Level, solve_level
 from radiosity.solve.methods import Watch
-from radiosity.solve.plan import MOST_LINEAR, Plan, count_cells, fits
+from radiosity.solve.plan import MOST_CLUSTERS, MOST_LINEAR, Plan, count_cells, fits
+from radiosity.solve.reach import find_reach
 from radiosity.transport.arrival import make_senders
 from radiosity.transport.threads import Progress, silent
 
@@ -41,6 +43,29 @@ def refined(
         size /= float(np.clip(ratio, SLOWEST, FASTEST))
         cells = count_cells(2 * divisions(scene.faces, 2.0 * size, np.rint))
         if cells > MOST_LINEAR or not fits(cells, 1, memory):
+            break
+    return level, check, estimate
+
+
+def refined_clusters(
+    scene: Scene, plan: Plan, memory: float | None, progress: Progress = silent
+) -> tuple[Clustered, Check, Estimate]:
+    """Solve with more and more clusters and rays until the estimate meets the plan's accuracy.
+
+    Each round is compared with itself on a quarter as many clusters.
+    """
+    progress("mesh", 0, 1)
+    reach = find_reach(scene, plan.shape, plan.recipe.seed)
+    progress("mesh", 1, 1)
+    clusters, recipe = plan.clusters, plan.recipe
+    for _ in range(ROUNDS):
+        level = solve_clusters(scene, reach, recipe, clusters, progress)
+        check = Check(coarser(level, clusters // 4), HALVED)
+        estimate = compare(level, check)
+        clusters, recipe = 2 * clusters, replace(recipe, counted=4 * recipe.counted)
+        if estimate.reached <= plan.accuracy or clusters > MOST_CLUSTERS:
+            break
+        if not fits(clusters, 0, memory):
             break
     return level, check, estimate
 

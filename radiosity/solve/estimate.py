@@ -15,9 +15,10 @@ from radiosity.solve.level import Level
 from radiosity.transport.polygon import first_half, place_evenly
 from radiosity.transport.sampling import hashed, sobol
 
-HALVED, REFINED = 0.45, 1.0
+HALVED, REFINED = 0.36, 1.0
 QUANTILE, DIM = 0.95, 0.1
-SCATTER = 1.0  # of the rms difference, what bars have at least: two levels may agree by chance
+SCATTER = 1.25  # of the rms difference, what bars have at least: two levels may agree by chance
+MOST = 2000  # points at which levels are compared
 PLACE = 1 << 42  # tells the pattern of these points from others
 
 
@@ -48,14 +49,26 @@ class Estimate:
         Relative error (norm of the accuracy) that every bar has at least.
     scale : float
         Mean irradiance in W/m2 (luminance-weighted); errors are relative to a tenth of it at least.
-    on_patches : (m, 3) float64
-        W/m2, at a point of each live patch.
+    points : (k,) int
+        Live patches at a point of which the levels were compared.
+    found : (k, 3) float64
+        Their error bars, W/m2.
     """
 
     reached: float
     scatter: float
     scale: float
-    on_patches: np.ndarray
+    points: np.ndarray
+    found: np.ndarray
+
+    def on_patches(self, e: np.ndarray) -> np.ndarray:
+        """Return (m, 3) error bars of irradiances e (m, 3) on the live patches.
+
+        Those that were not compared get what the others have in 95 % of their area.
+        """
+        bars = self.reached * np.maximum(e, self._floor(e))
+        bars[self.points] = self.found
+        return bars
 
     def bars(self, e: np.ndarray, difference: np.ndarray) -> np.ndarray:
         """Return (k, 3) error bars of irradiances e (k, 3) that differ so much from the check's."""
@@ -68,23 +81,33 @@ class Estimate:
 
 
 def compare(level: Level, check: Check) -> Estimate:
-    """Return the estimated error of a level."""
-    elements = level.senders.elements
-    points = _one_a_patch(elements.vertices, level.rows)
-    here = level.gathered(points, elements.normal)
-    there = check.level.gathered(points, elements.normal)
-    area = level.reach.patches.area[level.rows]
+    """Return the estimated error of a level, from a point on each of its patches or on many."""
+    patches, rows = level.reach.patches, level.rows
+    chosen, area = _chosen(patches.area[rows])
+    points = _one_a_patch(patches.vertices[rows[chosen]], rows[chosen])
+    normals = patches.normal[rows[chosen]]
+    here, there = level.gathered(points, normals), check.level.gathered(points, normals)
     y = luminance(here.total)
     scale = float(np.average(y, weights=area)) if len(area) else 0.0
     error = check.share * (here.total - there.total)
-    noise = np.sqrt(here.error**2 + there.error**2)
+    noise = 2.0 * np.sqrt(here.error**2 + there.error**2)
     relative = np.abs(luminance(error)) / np.maximum(np.maximum(y, DIM * scale), 1e-300)
     relative = np.where(y > 0.0, relative, 0.0)
     rms = float(np.sqrt(np.average(np.minimum(relative, 1.0) ** 2, weights=area))) if scale else 0.0
     reached = _quantile(relative, area) if scale else 0.0
-    made = Estimate(reached, SCATTER * min(rms, reached), scale, np.zeros((0, 3)))
-    bars = made.bars(here.total, error) + 2.0 * noise
-    return replace(made, on_patches=bars)
+    made = Estimate(reached, SCATTER * min(rms, reached), scale, chosen, error)
+    return replace(made, found=made.bars(here.total, error) + noise)
+
+
+def _chosen(area):
+    """Return indices of patches and what each stands for: all, or MOST evenly over the area."""
+    if len(area) <= MOST:
+        return np.arange(len(area)), area
+    share = np.cumsum(area) / area.sum()
+    found, times = np.unique(
+        np.searchsorted(share, (np.arange(MOST) + 0.5) / MOST), return_counts=True
+    )
+    return found, times.astype(float)
 
 
 def _quantile(values, weight) -> float:

@@ -8,15 +8,18 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from radiosity.mesh.elements import make_elements
+from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.scene.model import Scene, SceneError
 from radiosity.solve.assembly import fitted, raw_factors
 from radiosity.solve.methods import SOLVERS, System, Watch
 from radiosity.solve.plan import Recipe, check_memory
 from radiosity.solve.reach import Reach, find_reach
-from radiosity.solve.system import Terms, make_terms
+from radiosity.solve.surroundings import surroundings_of
+from radiosity.solve.system import Terms, area_lights, make_terms
 from radiosity.transport.arrival import Arrival, Senders, arriving, make_senders
 from radiosity.transport.closure import repaired
 from radiosity.transport.factors import patch_geometry
+from radiosity.transport.irradiance import Surroundings
 from radiosity.transport.linear import LinearFactors, linear_factors
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
@@ -83,6 +86,27 @@ class Level:
         if self.senders.elements.order == 1:
             return rho * (self.factors @ coefficients)
         return rho * (self.factors @ self.on_patches(coefficients))[self.rows]
+
+    @cached_property
+    def surroundings(self) -> Surroundings:
+        """Return what rays that look around meet."""
+        value = self.coefficients
+        lights = area_lights(self.scene)
+        if len(lights.polygons):
+            value = value - self.emitted - self.reflected(self.emitted)
+        return surroundings_of(
+            self.scene, self.reach, lights, self.on_patches(value), self._slopes(value), True
+        )
+
+    def _slopes(self, value):
+        """Return (n, bands, 3) gradients: of the elements, of constant ones from neighbours."""
+        patches, live = self.reach.patches, self.reach.live
+        if self.senders.elements.order == 0:
+            around = find_neighbours(patches, live, self.scene.faces.material[patches.face])
+            return gradients(patches, around, self.on_patches(value))
+        slopes = np.zeros((len(patches), value.shape[1], 3))
+        slopes[self.rows] = self.senders.elements.gradients(value)
+        return slopes
 
     @property
     def escaping(self) -> np.ndarray:
@@ -173,7 +197,7 @@ def solve_level(
             factors = fitted(factors, reach)
         outside, own = factors.environment, np.arange(len(patches))
     system = _system(scene, terms, factors, outside, own, elements.width)
-    solver = _suited(recipe.solver, system, reach.live[own])
+    solver = suited(recipe.solver, system, reach.live[own])
     b, history = SOLVERS[solver](system, recipe.tolerance, watch)
     e = factors @ b + _entering(scene, outside)
     if recipe.order == 0:
@@ -194,7 +218,7 @@ def _system(scene, terms, factors, outside, own, width) -> System:
     return System(factors, rho, np.tile(terms.absorptance[own], (width, 1)), source)
 
 
-def _suited(solver, system, live):
+def suited(solver, system, live):
     """Refuse rooms that nothing absorbs in; solve directly where bounces hardly fade."""
     if np.any(system.absorptance <= 0.0) and np.any(_never_fades(system, live)):
         raise SceneError(

@@ -11,6 +11,9 @@ from radiosity.scene.model import Scene
 SOLVER_NAMES = ("gauss-seidel", "jacobi", "southwell", "gmres", "cg", "direct")
 FEWEST = 150
 MOST_LINEAR = 3000  # patches of order 1: their matrix has 9 n^2 entries
+MOST_FACES = 400  # beyond which blockers are too many for exact shadows
+CLUSTERS_AT_UNIT_ACCURACY, FEWEST_CLUSTERS, MOST_CLUSTERS = 60.0, 500, 6000
+RAYS_AT_UNIT_ACCURACY = 1.5e5
 # Of the accuracy: the solver's tolerance, and that of far factors where at least FADES of the light
 # is absorbed at each bounce.
 SOLVED, RULE, FADES, FINEST_RULE = 1e-5, 3e-2, 0.1, 1e-7
@@ -41,6 +44,10 @@ class Recipe:
         Of the solver, relative.
     solver : str
     seed : int
+    rays : int
+        That look around from a point where light is exchanged between clusters.
+    counted : int
+        Rays that count the factors between clusters, in all.
     """
 
     order: int
@@ -49,6 +56,8 @@ class Recipe:
     tolerance: float
     solver: str
     seed: int = 0
+    rays: int = 256
+    counted: int = 0
 
 
 @dataclass(frozen=True)
@@ -64,15 +73,15 @@ class Plan:
     adapts : bool
         Whether the mesh is refined until the estimated error meets the accuracy.
     recipe : Recipe
-    samples : int
-        Rays from a pixel that looks around; a quarter of them goes to each light.
+    clusters : int
+        Between how many of them light is exchanged; 0 where it is between patches.
     """
 
     accuracy: float
     shape: np.ndarray
     adapts: bool
     recipe: Recipe
-    samples: int
+    clusters: int = 0
 
     @property
     def cells(self) -> int:
@@ -116,14 +125,30 @@ def make_plan(
         raise ValueError(f"solver = {solver!r} must be one of {', '.join(SOLVER_NAMES)}")
     faces = scene.faces
     shape = _shape(faces, mesh, PATCHES_AT_UNIT_ACCURACY / accuracy)
-    small = count_cells(shape) <= MOST_LINEAR
+    if order is None and mesh == "auto" and _is_large(faces, shape):
+        return _plan_of_clusters(scene, accuracy, solver, seed)
     if order is None:
-        order = 1 if mesh == "auto" and small and solver != "cg" else 0
+        order = 1 if mesh == "auto" and solver != "cg" else 0
     if order == 0 and mesh == "auto":
         shape = _shape(faces, mesh, max(CONSTANT_AT_UNIT_ACCURACY / accuracy, FEWEST))
-    samples = int(2 ** np.clip(np.ceil(np.log2(20 / accuracy)), 8, 14))
     recipe = Recipe(order, accuracy, _rule(scene, accuracy), SOLVED * accuracy, solver, seed)
-    return Plan(accuracy, shape, mesh == "auto" and order == 1, recipe, samples)
+    return Plan(accuracy, shape, mesh == "auto" and order == 1, recipe)
+
+
+def _is_large(faces, shape) -> bool:
+    """Whether linear elements on all faces, and a check of them, would be too many."""
+    return count_cells(shape) > MOST_LINEAR or len(faces) > MOST_FACES
+
+
+def _plan_of_clusters(scene, accuracy, solver, seed) -> Plan:
+    """Return the plan of a scene of many small faces."""
+    clusters = int(np.clip(CLUSTERS_AT_UNIT_ACCURACY / accuracy, FEWEST_CLUSTERS, MOST_CLUSTERS))
+    shape = divisions(scene.faces, np.sqrt(scene.faces.areas().sum() / clusters))
+    rays = int(2 ** np.clip(np.ceil(np.log2(20 / accuracy)), 8, 14))
+    counted = int(RAYS_AT_UNIT_ACCURACY / accuracy)
+    tolerance = SOLVED * accuracy
+    recipe = Recipe(0, accuracy, 0.0, tolerance, solver, seed, rays, counted)
+    return Plan(accuracy, shape, True, recipe, clusters)
 
 
 def _rule(scene, accuracy) -> float:

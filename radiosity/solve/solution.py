@@ -12,7 +12,6 @@ from radiosity.scene.model import Scene
 from radiosity.solve.estimate import Check, Estimate
 from radiosity.solve.level import Level
 from radiosity.solve.plan import Plan
-from radiosity.solve.surroundings import make_surroundings
 from radiosity.transport.irradiance import Surroundings
 from radiosity.transport.threads import Progress, silent
 
@@ -102,10 +101,10 @@ class Solution:
         """Return whether no light leaves the scene."""
         return not np.any(self.level.outside > 0)
 
-    @cached_property
+    @property
     def surroundings(self) -> Surroundings:
         """Return what rays that look around meet."""
-        return make_surroundings(self.level, self.seed)
+        return self.level.surroundings
 
     @cached_property
     def balance(self) -> Balance:
@@ -133,7 +132,7 @@ class Solution:
     def error(self) -> np.ndarray:
         """Return (n, 3) estimated errors of the irradiance on each patch, W/m2."""
         found = np.zeros_like(self.irradiance_on)
-        found[self.level.rows] = self.estimate.on_patches
+        found[self.level.rows] = self.estimate.on_patches(self.level.arriving)
         return found
 
     def irradiance(

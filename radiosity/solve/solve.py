@@ -1,7 +1,7 @@
 """From a scene to its solution: the mesh that the accuracy asks for, solved, with its error."""
 
 from radiosity.scene.model import Scene
-from radiosity.solve.adapt import check_of, refined
+from radiosity.solve.adapt import check_of, refined, refined_clusters
 from radiosity.solve.estimate import compare
 from radiosity.solve.level import solve_level
 from radiosity.solve.methods import NotConverged, Watch
@@ -70,9 +70,12 @@ def solve(
             raise ValueError("order = 1 has form factors of its own: leave out factors, or order")
         order = 0
     plan = make_plan(scene, accuracy, mesh, order=order, solver=solver, seed=seed)
-    check_memory(plan.cells, memory, plan.recipe.order)
+    check_memory(plan.clusters or plan.cells, memory, plan.recipe.order)
     if plan.adapts:
-        level, check, estimate = refined(scene, plan, memory, watch, progress)
+        if plan.clusters:
+            level, check, estimate = refined_clusters(scene, plan, memory, progress)
+        else:
+            level, check, estimate = refined(scene, plan, memory, watch, progress)
         return _judged(Solution(scene, plan, level, lambda: (check, estimate)))
     level = solve_level(
         scene, plan.shape, plan.recipe, factors=factors, watch=watch, progress=progress,

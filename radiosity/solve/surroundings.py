@@ -1,46 +1,38 @@
-"""From a solved level to what rays that look around meet."""
+"""From solved radiosities to what rays that look around meet."""
 
 import numpy as np
 
-from radiosity.mesh.interpolation import find_neighbours, gradients
-from radiosity.solve.level import Level
-from radiosity.solve.system import area_lights, side_reflectance
-from radiosity.transport.irradiance import Field, Surroundings
+from radiosity.scene.model import Scene
+from radiosity.solve.reach import Reach
+from radiosity.solve.system import side_reflectance
+from radiosity.transport.irradiance import AreaLights, Field, Surroundings
 from radiosity.transport.shine import shine
 
 
-def make_surroundings(level: Level, seed: int) -> Surroundings:
+def surroundings_of(
+    scene: Scene, reach: Reach, lights: AreaLights, value: np.ndarray, slopes: np.ndarray,
+    finely: bool,
+) -> Surroundings:  # fmt: skip
     """Return lights, lit patches and the outside as rays meet them.
 
-    Light that comes straight from area lights changes fast at shadow edges, so it is computed
-    anew on a finer grid; only what has been reflected more often is taken from the patches.
+    Parameters
+    ----------
+    value, slopes : (n, bands), (n, bands, 3) float64
+        What patches send out in W/m2 beside what the lights emit, and its gradients.
+    finely : bool
+        Light that comes straight from area lights changes fast at shadow edges, so it is computed
+        anew on a finer grid; ``value`` is what has been reflected more often.
     """
-    scene, reach, terms = level.scene, level.reach, level.terms
     patches = reach.patches
-    lights = area_lights(scene)
-    value, direct = level.coefficients, np.zeros((2, 0, terms.emission.shape[1]))
-    if len(lights.polygons):
-        value = value - level.emitted - level.reflected(level.emitted)
+    direct = np.zeros((2, 0, value.shape[1]))
+    if finely and len(lights.polygons):
         arriving, face = shine(
-            scene.faces, patches, reach.live, reach.visibility, reach.table, lights, seed
+            scene.faces, patches, reach.live, reach.visibility, reach.table, lights
         )
         direct = side_reflectance(scene)[:, scene.faces.material[face]] * arriving
     row = np.full((patches.fronts, 2), -1)
     row[:, 0] = np.where(reach.live[: patches.fronts], np.arange(patches.fronts), -1)
     row[:, 1] = patches.back_of
-    field = Field(
-        row.ravel(), level.on_patches(value), _slopes(level, value), patches.centroid,
-        np.pi * scene.ambient, direct,
-    )  # fmt: skip
+    outside = np.pi * scene.ambient
+    field = Field(row.ravel(), value, slopes, patches.centroid, outside, direct)
     return Surroundings(reach.visibility, reach.table, field, lights)
-
-
-def _slopes(level, value):
-    """Return (n, bands, 3) gradients: those of the elements, of constant ones from neighbours."""
-    patches, live = level.reach.patches, level.reach.live
-    if level.senders.elements.order == 0:
-        around = find_neighbours(patches, live, level.scene.faces.material[patches.face])
-        return gradients(patches, around, level.on_patches(value))
-    slopes = np.zeros((len(patches), value.shape[1], 3))
-    slopes[level.rows] = level.senders.elements.gradients(value)
-    return slopes

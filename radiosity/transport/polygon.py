@@ -11,6 +11,7 @@ from numba import njit
 
 TINY = 1e-300
 SECTOR_NODES, SECTOR_WEIGHTS = np.polynomial.legendre.leggauss(8)
+PIECE, FARTHEST = 2.5, 40.0  # of u in `_sector`: per Gauss rule, and beyond which nothing is left
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -66,8 +67,7 @@ def add_moment(x, n, polygon, facing, moment):
     K = cos cos'/(pi r^2) is the kernel of E2, m = -``facing`` points at the plane of the polygon,
     at the distance h. The moment lies in that plane. With w = y - x - h m, t = n - (n.m) m and
     grad(-1/(2 r^2)) = w/r^4 in the plane, Gauss' theorem leaves integrals over the edges, and one,
-    int dA / r^2, that has no elementary form: it is integrated over the angles of the edges seen
-    from the foot of x.
+    int dA / r^2, that has no elementary form.
 
     Parameters
     ----------
@@ -109,16 +109,22 @@ def add_moment(x, n, polygon, facing, moment):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sector(off, begin, end, h):
-    """Return int dA/(h^2 + w^2) over the triangle of the origin and an edge ``off`` from it."""
+    """Return int dA/(h^2 + w^2) over the triangle of the origin and an edge ``off`` from it.
+
+    That is 1/2 int ln(1 + (off cosh(u)/h)^2) / cosh(u) du between the edge's ends off sinh(u): free
+    of singularities up to pi/2 off the real axis, however near or far the edge is.
+    """
     size = abs(off)
-    if size == 0.0:
+    if size <= TINY + 1e-14 * h:
         return 0.0
-    one, two = math.atan2(begin, size), math.atan2(end, size)
-    middle, half = 0.5 * (one + two), 0.5 * (two - one)
-    total, ratio = 0.0, (off / h) ** 2
-    for k in range(len(SECTOR_NODES)):
-        cosine = math.cos(middle + half * SECTOR_NODES[k])
-        total += SECTOR_WEIGHTS[k] * math.log(1.0 + ratio / (cosine * cosine))
+    low, high = math.asinh(begin / size), math.asinh(end / size)
+    low, high = max(low, -FARTHEST), min(high, FARTHEST)
+    pieces = int(math.ceil((high - low) / PIECE))
+    half, ratio, total = 0.5 * (high - low) / max(1, pieces), (off / h) ** 2, 0.0
+    for m in range(pieces):
+        for k in range(len(SECTOR_NODES)):
+            wide = math.cosh(low + half * (2 * m + 1.0 + SECTOR_NODES[k]))
+            total += SECTOR_WEIGHTS[k] * math.log1p(ratio * wide * wide) / wide
     return math.copysign(0.5 * half * total, off)
 
 

@@ -12,7 +12,7 @@ from radiosity.transport.lookup import Table
 from radiosity.transport.threads import over_ranges
 from radiosity.transport.visibility import Visibility
 
-RAYS = 256
+FEWEST, MOST, IN_ALL = 32, 256, 1 << 22  # rays from a side, and about from all together
 CHUNK = 256
 AIMED = 8  # rays to each light
 
@@ -27,7 +27,7 @@ class Survey:
         Front and back: reached by light, directly or after reflections.
     open_share : (fronts, 2) float64
         Fraction of a lit side's hemisphere that leaves the scene (its factor to the
-        environment, by 256 rays); NaN where not lit.
+        environment, by 32 to 256 rays); NaN where not lit.
     """
 
     lit: np.ndarray
@@ -115,15 +115,19 @@ def sides_that_see_out(visibility, table, patches, seed: int = 0) -> np.ndarray:
 
 
 def _look(visibility, table, patches, which, seed=0):
-    """Return (k, RAYS) sides met from the middles of the given sides."""
+    """Return (k, rays) sides met from the middles of the given sides.
+
+    From every side 256, of scenes of many sides fewer.
+    """
     front, back = which // 2, which % 2
     normals = patches.normal[front] * np.where(back, -1.0, 1.0)[:, None]
-    found = np.empty((len(which), RAYS), np.int64)
+    rays = int(np.clip(IN_ALL // max(1, 2 * patches.fronts), FEWEST, MOST))
+    found = np.empty((len(which), rays), np.int64)
 
     def work(a, b):
         points = patches.centroid[front[a:b]]
         found[a:b], _ = look_out(
-            visibility, table, points, normals[a:b], which[a:b], range(RAYS), seed
+            visibility, table, points, normals[a:b], which[a:b], range(rays), seed
         )
 
     over_ranges(work, len(which), CHUNK)

@@ -1,0 +1,192 @@
+"""One mesh of many small patches, solved: light between clusters, their details from the lights.
+
+Light that comes straight from lamps is computed on every patch. What has been reflected varies
+slowly, so it is exchanged between clusters of patches, whose factors rays count, and sent down to
+their patches: F = Push L Pull, with L between clusters, Pull the mean over a cluster and Push the
+same irradiance for all of its patches.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from radiosity.mesh.clusters import make_clusters
+from radiosity.scene.model import Scene
+from radiosity.solve.level import suited
+from radiosity.solve.methods import SOLVERS, System
+from radiosity.solve.plan import Recipe
+from radiosity.solve.reach import Reach
+from radiosity.solve.surroundings import surroundings_of
+from radiosity.solve.system import Terms, area_lights, make_terms
+from radiosity.transport.arrival import Arrival
+from radiosity.transport.closure import repaired
+from radiosity.transport.counting import count_exchange
+from radiosity.transport.irradiance import (
+    AreaLights,
+    Surroundings,
+    direct_irradiance,
+    indirect_irradiance,
+)
+from radiosity.transport.operator import FormFactors
+from radiosity.transport.threads import Progress, over_ranges, silent
+
+LIGHT_RAYS = 16  # to each lamp from the middle of a patch
+CHUNK = 4096
+POINTS_AT_ONCE = 65536
+GATHER = 3.0  # standard errors of half the difference of two halves of the rays
+
+
+@dataclass(frozen=True)
+class Clustered:
+    """A solved mesh of clusters, with what `Level` has.
+
+    Attributes
+    ----------
+    labels : (m,) int
+        Cluster of each live patch.
+    factors : FormFactors
+        Between clusters.
+    straight : (m, 3) float64
+        Irradiance on each live patch that comes straight from lamps, W/m2.
+    coefficients, arriving : (m, 3) float64
+        Radiosity and irradiance of the live patches, W/m2.
+    outside : (m,) float64
+        Factors of the live patches' clusters to the outside.
+    """
+
+    scene: Scene
+    reach: Reach
+    terms: Terms
+    recipe: Recipe
+    labels: np.ndarray
+    factors: FormFactors
+    lights: AreaLights
+    straight: np.ndarray
+    coefficients: np.ndarray
+    arriving: np.ndarray
+    outside: np.ndarray
+    history: list
+    solver: str
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Return (m,) the live patches."""
+        return np.flatnonzero(self.reach.live)
+
+    def on_patches(self, values: np.ndarray) -> np.ndarray:
+        """Return (n, bands) values of all patches, 0 where dark."""
+        full = np.zeros((len(self.reach.live), values.shape[1]))
+        full[self.rows] = values
+        return full
+
+    @property
+    def escaping(self) -> np.ndarray:
+        """Return (m, 3): the radiosity of each live patch that leaves the scene, W/m2."""
+        return self.coefficients * self.outside[:, None]
+
+    @cached_property
+    def surroundings(self) -> Surroundings:
+        """Return what rays that look around meet; lamps are left to be sampled by themselves."""
+        value = self.coefficients
+        if len(self.lights.polygons):
+            value = value - self.terms.emission[self.rows]
+        flat = np.zeros((len(self.reach.patches), 3, 3))
+        return surroundings_of(
+            self.scene, self.reach, self.lights, self.on_patches(value), flat, False
+        )
+
+    def gathered(
+        self, points: np.ndarray, normals: np.ndarray, progress: Progress = silent
+    ) -> Arrival:
+        """Return the irradiance (k, 3) in W/m2 at points, by rays, and its standard error."""
+        around, seed = self.surroundings, self.recipe.seed
+        half, k = self.recipe.rays // 2, len(points)
+        total, error = np.empty((k, 3)), np.empty((k, 3))
+
+        def work(a, b):
+            keys = np.arange(a, b)
+            here = points[a:b], normals[a:b], keys
+            one, two = (
+                indirect_irradiance(around, *here, some, seed)[0]
+                + direct_irradiance(
+                    around.visibility, self.lights, *here, range(some.start // 4, some.stop // 4),
+                    seed,
+                )
+                for some in (range(half), range(half, 2 * half))
+            )  # fmt: skip
+            total[a:b], error[a:b] = (one + two) / 2.0, GATHER / 2.0 * np.abs(one - two) / 2.0
+
+        over_ranges(work, k, max(1, POINTS_AT_ONCE // (2 * half)), "irradiance", progress)
+        return Arrival(total, error, np.ones(k))
+
+
+def solve_clusters(
+    scene: Scene, reach: Reach, recipe: Recipe, clusters: int, progress: Progress = silent
+) -> Clustered:
+    """Solve a mesh of many patches by so many clusters; see `solve_level` for what it raises."""
+    patches, rows = reach.patches, np.flatnonzero(reach.live)
+    terms, lights = make_terms(scene, patches, reach.live), area_lights(scene)
+    kind = scene.faces.material[patches.face[rows]]
+    labels = make_clusters(patches, rows, kind, clusters)
+    straight = _straight(reach, rows, lights, recipe.seed, progress)
+    rays = int(np.clip(recipe.counted // max(1, labels.max(initial=0) + 1), 64, 1 << 16))
+    factors = repaired(count_exchange(
+        patches, rows, labels, reach.visibility, reach.table, rays, recipe.seed, progress
+    ))  # fmt: skip
+    return solved(scene, reach, recipe, terms, lights, labels, factors, straight)
+
+
+def coarser(level: Clustered, clusters: int) -> Clustered:
+    """Return the same with fewer clusters, their factors pooled."""
+    patches, rows = level.reach.patches, level.rows
+    kind = level.scene.faces.material[patches.face[rows]]
+    labels = make_clusters(patches, rows, kind, clusters)
+    n = level.labels.max(initial=-1) + 1
+    above = np.zeros(n, int)  # a cluster goes where its first patch goes
+    above[level.labels[::-1]] = labels[::-1]
+    above = np.unique(above, return_inverse=True)[1]
+    parts = level.scene, level.reach, level.recipe, level.terms, level.lights
+    return solved(*parts, above[level.labels], level.factors.grouped(above), level.straight)
+
+
+def _straight(reach, rows, lights, seed, progress):
+    """Return (m, 3): what comes straight from lamps in the middles of patches."""
+    patches, found = reach.patches, np.zeros((len(rows), 3))
+
+    def work(a, b):
+        r = rows[a:b]
+        found[a:b] = direct_irradiance(
+            reach.visibility, lights, patches.centroid[r], patches.normal[r], r, range(LIGHT_RAYS),
+            seed,
+        )  # fmt: skip
+
+    if len(lights.polygons):
+        over_ranges(work, len(rows), CHUNK, "direct light", progress)
+    return found
+
+
+def solved(scene, reach, recipe, terms, lights, labels, factors, straight) -> Clustered:
+    """Solve the system of clusters and send its light down to the patches."""
+    patches, rows = reach.patches, np.flatnonzero(reach.live)
+    area, n = patches.area[rows], labels.max(initial=-1) + 1
+    rho, emission = terms.reflectance[rows], terms.emission[rows]
+    own = 0.0 if len(lights.polygons) else emission
+    entering = np.pi * factors.environment[labels][:, None] * scene.ambient
+
+    def pulled(x):
+        return np.stack([np.bincount(labels, area * x[:, b], n) for b in range(3)], axis=1)
+
+    def mean(x):
+        return pulled(x) / np.bincount(labels, area, n)[:, None]
+
+    system = System(
+        factors, mean(rho), mean(terms.absorptance[rows]), mean(own + rho * (straight + entering))
+    )
+    solver = suited(recipe.solver, system, np.ones(n, bool))
+    b, history = SOLVERS[solver](system, recipe.tolerance, None)
+    e = straight + entering + (factors @ b)[labels]
+    return Clustered(
+        scene, reach, terms, recipe, labels, factors, lights, straight, emission + rho * e, e,
+        factors.environment[labels], history, solver,
+    )  # fmt: skip

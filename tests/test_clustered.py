@@ -1,0 +1,118 @@
+"""Scenes of many small faces: furnaces, the same answer as linear elements, honest errors."""
+
+import numpy as np
+import pytest
+from scenes_for_tests import box, scene, uv_sphere
+
+from radiosity.analytic import furnace
+from radiosity.mesh.faces import Faces
+from radiosity.scene.model import Material, Scene
+from radiosity.solve import plan
+from radiosity.solve.plan import make_plan
+from radiosity.solve.solve import solve
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+LAMP = np.array([[1, 1, 2.49], [1, 2, 2.49], [2, 2, 2.49], [2, 1, 2.49]], float)
+
+
+def material(name, rho, radiance=0.0):
+    return Material(name, np.full(3, rho), np.full(3, 1 - rho), np.full(3, radiance))
+
+
+def room_with_balls(n, walls=0.7):
+    """A room with a lamp and three balls of about 4 n^2 faces each."""
+    ball = uv_sphere(n)[:, ::-1]
+    ball[np.all(ball[:, 0] == ball[:, 1], axis=1)] = np.roll(
+        ball[np.all(ball[:, 0] == ball[:, 1], axis=1)], -1, axis=1
+    )
+    balls = [0.4 * ball + c for c in ([1, 2, 0.6], [2.7, 1.4, 0.8], [2, 2.2, 1.4])]
+    parts = [box((0, 0, 0), (4, 3, 2.5)), LAMP[None], *balls]
+    kind = np.repeat([0, 1, 2, 2, 2], [len(p) for p in parts])
+    faces = Faces.from_polygons(np.concatenate(parts), kind, 0, merge=False)
+    materials = material("wall", walls), material("lamp", 0.0, 10.0), material("ball", 0.5)
+    return Scene("balls", faces, materials, ("all",))
+
+
+@pytest.fixture(scope="module")
+def balls():
+    return room_with_balls(12)
+
+
+def test_many_faces_are_gathered_into_clusters(balls):
+    planned = make_plan(balls, 0.1)
+    assert len(balls.faces) > 800 and planned.clusters > 0
+    assert make_plan(scene(box((0, 0, 0), (1, 1, 1))), 0.1).clusters == 0
+    solution = solve(balls, 0.1)
+    assert len(solution.level.factors.area) <= planned.clusters < len(solution.level.rows)
+    assert solution.closed and solution.balance.defect < 0.02
+
+
+@pytest.mark.parametrize("rho", [0.5, 0.99])
+def test_a_furnace_of_many_faces(rho):
+    """Rows are closed, so B = M/(1 - rho) exactly, also where light is reflected a hundred times."""
+    sphere = uv_sphere(24)
+    faces = Faces.from_polygons(sphere, 0, 0, merge=False)
+    furnaces = Scene("furnace", faces, (material("wall", rho, 1 / np.pi),), ("all",))
+    solution = solve(furnaces, 0.1)
+    assert solution.plan.clusters > 0
+    assert solution.radiosity == pytest.approx(furnace(1.0, rho), rel=1e-6)  # the solver's
+
+
+def points_of(solution, count):
+    rng = np.random.default_rng(0)
+    area = solution.patches.area * solution.live
+    rows = rng.choice(len(area), count, p=area / area.sum())
+    corners = solution.patches.vertices[rows][:, :3]
+    weights = rng.dirichlet([1, 1, 1], count)
+    return np.einsum("kv,kvc->kc", weights, corners), solution.patches.normal[rows]
+
+
+def test_the_answer_is_that_of_linear_elements(monkeypatch):
+    """Balls of few faces, for which both can be had; errors as asked and as estimated."""
+    few = room_with_balls(6)
+    exact = solve(few, 0.02, order=1)
+    points, normals = points_of(exact, 300)
+    e, rest = exact.irradiance(points, normals)
+    monkeypatch.setattr(plan, "MOST_FACES", 10)
+    clustered = solve(few, 0.05)
+    assert clustered.plan.clusters > 0 and exact.plan.clusters == 0
+    found, error = clustered.irradiance(points, normals)
+    y, truth = found @ LUMINANCE, e @ LUMINANCE
+    off = np.abs(y - truth) / np.maximum(truth, 0.1 * exact.estimate.scale)
+    assert np.percentile(off, 95) < 0.05
+    assert np.mean(np.abs(y - truth) <= (error + rest) @ LUMINANCE) >= 0.95
+    assert clustered.estimate.reached < 0.05
+
+
+def test_patch_values_are_those_at_their_middles(balls):
+    solution = solve(balls, 0.1)
+    area = solution.patches.area[solution.live]
+    rows = np.flatnonzero(solution.live)[np.argsort(area)[-200:]]
+    found, _ = solution.irradiance(solution.patches.centroid[rows], solution.patches.normal[rows])
+    y, mean = found @ LUMINANCE, solution.irradiance_on[rows] @ LUMINANCE
+    assert np.median(np.abs(mean / y - 1)) < 0.03
+    assert np.percentile(np.abs(mean / y - 1), 90) < 0.15
+
+
+def test_sky_light_enters_between_clusters():
+    """Walls without a lid under a sky, with balls in it, in equilibrium: B = E = pi L."""
+    few = room_with_balls(12, 0.3)
+    keep = np.ones(len(few.faces), bool)
+    keep[[1, 6]] = False
+    emitted = [material("wall", 0.3, 0.7), material("lamp", 0.0), material("ball", 0.5, 0.5)]
+    faces = Faces(few.faces.vertices[keep], few.faces.material[keep], few.faces.group[keep])
+    open_room = Scene("open", faces, tuple(emitted), ("all",), ambient=np.ones(3))
+    solution = solve(open_room, 0.1)
+    assert solution.plan.clusters > 0 and not solution.closed
+    inside = (
+        solution.live
+        & solution.patches.front
+        & np.all(
+            (solution.patches.centroid > 0.01) & (solution.patches.centroid < [3.99, 2.99, 2.4]),
+            axis=1,
+        )
+    )
+    assert solution.radiosity[inside] / np.pi == pytest.approx(1.0, abs=0.05)
+    assert np.average(
+        solution.radiosity[inside, 0], weights=solution.patches.area[inside]
+    ) == pytest.approx(np.pi, rel=5e-3)
