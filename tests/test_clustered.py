@@ -49,7 +49,7 @@ def test_many_faces_are_gathered_into_clusters(balls):
 
 @pytest.mark.parametrize("rho", [0.5, 0.99])
 def test_a_furnace_of_many_faces(rho):
-    """Rows are closed, so B = M/(1 - rho) exactly, also where light is reflected a hundred times."""
+    """Rows are closed, so B = M/(1 - rho) exactly, also after a hundred reflections."""
     sphere = uv_sphere(24)
     faces = Faces.from_polygons(sphere, 0, 0, merge=False)
     furnaces = Scene("furnace", faces, (material("wall", rho, 1 / np.pi),), ("all",))

@@ -63,6 +63,15 @@ Solver = Annotated[
         help="gauss-seidel, jacobi, southwell, gmres, cg (--order 0) or direct.",
     ),
 ]
+Force = Annotated[
+    bool, typer.Option("--force", help="Model everything, also what the scene does not require.")
+]
+Time = Annotated[
+    str | None,
+    typer.Option(
+        "--time", metavar="10s", help="Stop by then: the best answer, with its error, in s or min."
+    ),
+]
 Seed = Annotated[
     int, typer.Option("--seed", metavar="N", parser=at_least(0), help="Of all sample patterns.")
 ]
@@ -123,6 +132,17 @@ def parse_memory(text: str | None) -> float | None:
         return float(match[1]) * 1000.0 ** " kmgt".index(match[2] or " ")
     except (TypeError, ValueError):
         raise ValueError(f"--memory {text!r} must be a size such as 4GB or 500MB") from None
+
+
+def parse_time(text: str | None) -> float | None:
+    """Return seconds of ``10s``, ``2min`` or ``10``; None stays None."""
+    if text is None:
+        return None
+    match = re.fullmatch(r"([0-9]*\.?[0-9]+)\s*(s|min)?", text.strip().lower())
+    seconds = float(match[1]) * (60.0 if match[2] == "min" else 1.0) if match else 0.0
+    if not 0.0 < seconds < float("inf"):
+        raise ValueError(f"--time {text!r} must be a time such as 10s or 2min")
+    return seconds
 
 
 def use_threads(count: int | None) -> None:

@@ -24,6 +24,8 @@ def probe(
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
+    force: o.Force = False,
+    time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
     memory: o.Memory = None,
@@ -40,7 +42,7 @@ def probe(
     if output:
         check_place(output)
     model = load_scene(scene, mesh, ambient, quiet)
-    asked = Asked(accuracy, mesh, order, solver, seed, memory, threads, quiet)
+    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(model, asked, progress)
         irradiance, error = solution.irradiance(where[:, :3], where[:, 3:], progress)

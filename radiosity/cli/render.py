@@ -21,6 +21,8 @@ def render(
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
+    force: o.Force = False,
+    time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
     memory: o.Memory = None,
@@ -41,7 +43,7 @@ def render(
     model = load_scene(scene, mesh, ambient, quiet)
     chosen = find_camera(model, camera)
     pixels = picture_size(chosen, o.parse_size(size))
-    asked = Asked(accuracy, mesh, order, solver, seed, memory, threads, quiet)
+    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(model, asked, progress)
         image = gather(solution, chosen, size=pixels, samples=samples, progress=progress)

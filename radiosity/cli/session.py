@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import typer
 
-from radiosity.cli.options import parse_memory, use_threads
+from radiosity.cli.options import parse_memory, parse_time, use_threads
 from radiosity.cli.progress import remark
 
 
@@ -35,6 +35,8 @@ class Asked:
     mesh: str
     order: int | None
     solver: str
+    force: bool
+    time: str | None
     seed: int
     memory: str | None
     threads: int | None
@@ -51,7 +53,8 @@ def solve_scene(scene, asked: Asked, progress, factors=None):
     begun = time.perf_counter()
     solution = solve(
         scene, asked.accuracy, mesh=asked.mesh, order=asked.order, solver=asked.solver,
-        seed=asked.seed, memory=parse_memory(asked.memory), progress=progress, factors=factors,
+        force=asked.force, seconds=parse_time(asked.time), seed=asked.seed,
+        memory=parse_memory(asked.memory), progress=progress, factors=factors,
     )  # fmt: skip
     seconds = time.perf_counter() - begun
     if solution.solver != asked.solver:
@@ -70,6 +73,8 @@ def solve_scene(scene, asked: Asked, progress, factors=None):
 def reached_line(solution) -> str:
     """Return what accuracy was asked and what is estimated to be reached, as one line."""
     plan = solution.plan
+    if plan.seconds is not None:
+        return f"asked for {plan.seconds:g} s, estimated {_percent(solution.estimate.reached)}"
     mesh = "" if plan.adapts else f" on the mesh of {len(solution.patches)} patches asked for"
     return f"asked {_percent(plan.accuracy)}, estimated {_percent(solution.estimate.reached)}{mesh}"
 
@@ -81,7 +86,7 @@ def _percent(share: float) -> str:
 def judge(solution) -> None:
     """End with exit code 1 where a mesh that the program chose did not reach the accuracy."""
     reached, plan = solution.estimate.reached, solution.plan
-    if plan.adapts and reached > plan.accuracy:
+    if plan.adapts and plan.seconds is None and reached > plan.accuracy:
         remark(
             f"radiosity: reached an estimated error of {_percent(reached)}, more than the "
             f"{_percent(plan.accuracy)} asked: allow more with --memory, or ask for less"

@@ -27,6 +27,8 @@ def solve(
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
+    force: o.Force = False,
+    time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
     memory: o.Memory = None,
@@ -45,7 +47,7 @@ def solve(
         check_place(output)
     saved = _load(factors, memory)
     model = load_scene(scene, mesh, ambient, quiet)
-    asked = Asked(accuracy, mesh, order, solver, seed, memory, threads, quiet)
+    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(model, asked, progress, saved)
     print(summary(solution))

@@ -23,6 +23,8 @@ def view(
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
+    force: o.Force = False,
+    time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
     memory: o.Memory = None,
@@ -49,7 +51,7 @@ def view(
     picture_size(chosen, pixels)
     shown = screenshot is None and display_available()
     target = screenshot or f"{Path(scene).stem}.png"
-    asked = Asked(accuracy, mesh, order, solver, seed, memory, threads, quiet)
+    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(model, asked, progress)
         if not shown:

@@ -8,7 +8,7 @@ from radiosity.mesh.boxes import near_boxes
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.facets import Facets, merge_facets
 
-TOUCH = 1e-6  # distance that counts as contact, as a share of the scene's size
+TOUCH = 5e-7  # distance that counts as contact, as a share of the scene's size
 CAUTION = 1e-3  # share of that distance by which sums in another order cannot differ
 WELDED = 0.5  # the same for facets, which their faces lie off by a fifth of that distance at most
 

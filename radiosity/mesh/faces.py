@@ -53,6 +53,10 @@ class Faces:
             first triangle.
         """
         v = np.asarray(vertices, float).reshape(-1, 4, 3)
+        bad = np.flatnonzero(~np.isfinite(v).all(axis=(1, 2)))
+        if len(bad):
+            raise ValueError(f"face {bad[0]} has the vertices {v[bad[0]].tolist()}: they must be "
+                             "finite")  # fmt: skip
         material, group = (np.broadcast_to(np.asarray(x, int), len(v)) for x in (material, group))
         keep = has_area(v)
         v, material, group = v[keep].copy(), material[keep].copy(), group[keep].copy()

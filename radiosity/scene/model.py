@@ -97,3 +97,35 @@ class Scene:
     truth: Truth | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
+
+    def check(self) -> None:
+        """Refuse what no reader lets through, for scenes that are made in code.
+
+        Raises
+        ------
+        SceneError
+            Numbers that are not finite, negative light, reflectances outside [0, 1].
+        """
+        problems = [
+            f"faces.vertices[{k}] = {self.faces.vertices[k].tolist()} must be finite"
+            for k in np.flatnonzero(~np.isfinite(self.faces.vertices).all(axis=(1, 2)))[:3]
+        ]
+        for m in self.materials:
+            where = f"materials.{m.name}"
+            why = "a surface cannot reflect more than it receives"
+            problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)
+            problems += _outside(f"{where}.absorptance", m.absorptance, 1.0, "a share of the light")
+            problems += _outside(f"{where}.emission", m.emission, np.inf, "radiance in W/(m2 sr)")
+        problems += _outside("ambient", self.ambient, np.inf, "radiance in W/(m2 sr)")
+        if problems:
+            raise SceneError(self.source or self.name, problems)
+
+
+def _outside(where, values, most, why) -> list[str]:
+    """Return what is wrong with numbers that must lie between 0 and ``most`` and be finite."""
+    values = np.atleast_1d(np.asarray(values, float))
+    good = np.isfinite(values) & (values >= 0.0) & (values <= most + 1e-12)
+    bound = "in [0, 1]" if most == 1.0 else "at least 0 and finite"
+    return [
+        f"{where}[{k}] = {values[k]:g} must be {bound}: {why}" for k in np.flatnonzero(~good)[:1]
+    ]

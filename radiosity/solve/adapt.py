@@ -1,5 +1,6 @@
 """Refinement until the estimated error meets the accuracy, and the checks that estimate it."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -12,13 +13,16 @@ from radiosity.solve.clustered import Clustered, coarser, solve_clusters
 from radiosity.solve.estimate import HALVED, REFINED, Check, Estimate, compare
 from radiosity.solve.level import Level, solve_level
 from radiosity.solve.methods import Watch
-from radiosity.solve.plan import MOST_CLUSTERS, MOST_LINEAR, Plan, count_cells, fits
+from radiosity.solve.plan import MOST_CLUSTERS, MOST_LINEAR, Plan, check_memory, count_cells, fits
 from radiosity.solve.reach import find_reach
 from radiosity.transport.arrival import make_senders
 from radiosity.transport.threads import Progress, silent
 
 ROUNDS = 6  # of refinement
+FEW = 150  # patches, of which linear elements are as coarse as constant ones: these are halved
 AIM, FASTEST, SLOWEST = 0.8, 3.0, 1.15  # of the accuracy; factors that cells shrink by in a round
+STEEP = 3.6  # power of these factors that the time of a round grows by
+SURE, MORE_RAYS = 0.8, 4  # share of a time that is planned with; rays in a round to those before
 
 
 def refined(
@@ -31,20 +35,48 @@ def refined(
     Ends early where the next mesh would not fit into ``memory`` bytes: the estimate then says what
     was reached.
     """
-    size = _cell_size(scene, plan.shape)
+    size, clock = _fitting(scene, cell_size(scene, plan.shape), memory), Clock(plan.seconds)
     for _ in range(ROUNDS):
-        coarse = divisions(scene.faces, 2.0 * size, np.rint)
+        coarse = coarse_shape(scene, size)
         level = solve_level(scene, 2 * coarse, plan.recipe, watch=watch, progress=progress)
         check = Check(solve_level(scene, coarse, plan.recipe), HALVED)
         estimate = compare(level, check)
         if estimate.reached <= plan.accuracy:
             break
         ratio = np.sqrt(estimate.reached / (AIM * plan.accuracy))
-        size /= float(np.clip(ratio, SLOWEST, FASTEST))
-        cells = count_cells(2 * divisions(scene.faces, 2.0 * size, np.rint))
-        if cells > MOST_LINEAR or not fits(cells, 1, memory):
+        ratio = min(float(np.clip(ratio, SLOWEST, FASTEST)), clock.room() ** (1.0 / STEEP))
+        size /= ratio
+        cells = count_cells(2 * coarse_shape(scene, size))
+        if ratio < SLOWEST or cells > MOST_LINEAR or not fits(cells, 1, memory):
             break
     return level, check, estimate
+
+
+def _fitting(scene, size, memory):
+    """Return the size of the smallest cells, of that size or larger, whose mesh fits."""
+    faces = len(scene.faces)
+    while not fits(cells := count_cells(2 * coarse_shape(scene, size)), 1, memory):
+        if cells <= 4 * faces:
+            check_memory(cells, memory, 1)
+        size *= SLOWEST
+    return size
+
+
+class Clock:
+    """Tells whether another, longer round of refinement fits into the time that is left."""
+
+    def __init__(self, seconds: float | None):
+        """Start; ``seconds`` is all the time that there is, None for any."""
+        self._seconds = seconds
+        self._begun = self._before = time.perf_counter()
+
+    def room(self) -> float:
+        """Return how many times as long as the round that ends now the next one may take."""
+        now = time.perf_counter()
+        took, self._before = now - self._before, now
+        if self._seconds is None:
+            return np.inf
+        return max(0.0, SURE * (self._seconds - (now - self._begun))) / took
 
 
 def refined_clusters(
@@ -55,38 +87,45 @@ def refined_clusters(
     Each round is compared with itself on a quarter as many clusters.
     """
     progress("mesh", 0, 1)
-    reach = find_reach(scene, plan.shape, plan.recipe.seed)
+    reach = find_reach(scene, plan.shape, plan.recipe.seed, plan.recipe.force)
     progress("mesh", 1, 1)
-    clusters, recipe = plan.clusters, plan.recipe
+    clusters, recipe, clock = plan.clusters, plan.recipe, Clock(plan.seconds)
     for _ in range(ROUNDS):
         level = solve_clusters(scene, reach, recipe, clusters, progress)
         check = Check(coarser(level, clusters // 4), HALVED)
         estimate = compare(level, check)
-        clusters, recipe = 2 * clusters, replace(recipe, counted=4 * recipe.counted)
+        clusters, recipe = 2 * clusters, replace(recipe, counted=MORE_RAYS * recipe.counted)
         if estimate.reached <= plan.accuracy or clusters > MOST_CLUSTERS:
             break
-        if not fits(clusters, 0, memory):
+        if not fits(clusters, 0, memory) or clock.room() < MORE_RAYS:
             break
     return level, check, estimate
 
 
-def _cell_size(scene, shape) -> float:
+def cell_size(scene: Scene, shape: np.ndarray) -> float:
     """Return the size of cells of which there are as many as ``shape`` has."""
     return float(np.sqrt(scene.faces.areas().sum() / count_cells(shape)))
+
+
+def coarse_shape(scene: Scene, size: float) -> np.ndarray:
+    """Return the mesh of twice that size of cells, whose halves have about ``size``."""
+    return divisions(scene.faces, 2.0 * size, np.rint)
 
 
 def check_of(level: Level, plan: Plan) -> Check:
     """Return what tells the error of a level on a mesh that was given.
 
     Linear elements: the same on cells twice as large where all faces divide so, else their own
-    constant parts. Constant elements: linear ones on the same patches, or, where those are too
-    many, slopes from neighbours.
+    constant parts. Constant elements: linear ones on the same patches, on halved ones where they
+    are few; where they are too many, slopes from neighbours.
     """
     shape = level.reach.patches.grid.shape
     if plan.recipe.order == 0:
         if len(level.rows) > MOST_LINEAR:
             return Check(smoothed(level), REFINED)
         linear = replace(plan.recipe, order=1, solver="gauss-seidel")
+        if len(level.rows) <= FEW:
+            return Check(solve_level(level.scene, 2 * shape, linear), REFINED)
         return Check(solve_level(level.scene, shape, linear, reach=level.reach), REFINED)
     if np.all(shape % 2 == 0):
         return Check(solve_level(level.scene, shape // 2, plan.recipe), HALVED)

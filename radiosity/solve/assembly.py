@@ -80,9 +80,13 @@ def scene_factors(
     return SceneFactors(f.replaced(area=np.where(reach.live, f.area, 0.0)), reach)
 
 
-def raw_factors(reach: Reach, accuracy: float, seed: int, progress: Progress) -> FormFactors:
+def raw_factors(
+    reach: Reach, accuracy: float, seed: int, progress: Progress, complete: bool = True
+) -> FormFactors:
     """Return the factors between live patches and to what they see of the outside, not closed."""
-    return form_factors(reach.patches, reach.visibility, reach.live, accuracy, seed, progress)
+    return form_factors(
+        reach.patches, reach.visibility, reach.live, accuracy, seed, progress, complete=complete
+    )
 
 
 def fitted(factors: FormFactors, reach: Reach) -> FormFactors:

@@ -14,7 +14,7 @@ import numpy as np
 from radiosity.mesh.clusters import make_clusters
 from radiosity.scene.model import Scene
 from radiosity.solve.level import suited
-from radiosity.solve.methods import SOLVERS, System
+from radiosity.solve.methods import System, solve_bands
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
@@ -184,7 +184,7 @@ def solved(scene, reach, recipe, terms, lights, labels, factors, straight) -> Cl
         factors, mean(rho), mean(terms.absorptance[rows]), mean(own + rho * (straight + entering))
     )
     solver = suited(recipe.solver, system, np.ones(n, bool))
-    b, history = SOLVERS[solver](system, recipe.tolerance, None)
+    b, history = solve_bands(solver, system, recipe.tolerance, recipe.force)
     e = straight + entering + (factors @ b)[labels]
     return Clustered(
         scene, reach, terms, recipe, labels, factors, lights, straight, emission + rho * e, e,

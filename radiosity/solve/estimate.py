@@ -18,7 +18,7 @@ from radiosity.transport.sampling import hashed, sobol
 HALVED, REFINED = 0.36, 1.0
 QUANTILE, DIM = 0.95, 0.1
 SCATTER = 1.25  # of the rms difference, what bars have at least: two levels may agree by chance
-MOST = 2000  # points at which levels are compared
+LEAST, MOST = 256, 2000  # points at which levels are compared
 PLACE = 1 << 42  # tells the pattern of these points from others
 
 
@@ -50,7 +50,7 @@ class Estimate:
     scale : float
         Mean irradiance in W/m2 (luminance-weighted); errors are relative to a tenth of it at least.
     points : (k,) int
-        Live patches at a point of which the levels were compared.
+        Live patches at points of which the levels were compared.
     found : (k, 3) float64
         Their error bars, W/m2.
     """
@@ -81,7 +81,7 @@ class Estimate:
 
 
 def compare(level: Level, check: Check) -> Estimate:
-    """Return the estimated error of a level, from a point on each of its patches or on many."""
+    """Return the estimated error of a level, from points on its patches."""
     patches, rows = level.reach.patches, level.rows
     chosen, area = _chosen(patches.area[rows])
     points = _one_a_patch(patches.vertices[rows[chosen]], rows[chosen])
@@ -96,13 +96,21 @@ def compare(level: Level, check: Check) -> Estimate:
     rms = float(np.sqrt(np.average(np.minimum(relative, 1.0) ** 2, weights=area))) if scale else 0.0
     reached = _quantile(relative, area) if scale else 0.0
     made = Estimate(reached, SCATTER * min(rms, reached), scale, chosen, error)
-    return replace(made, found=made.bars(here.total, error) + noise)
+    bars = made.bars(here.total, error) + noise
+    patch, which = np.unique(chosen, return_inverse=True)
+    total = np.zeros((len(patch), bars.shape[1]))
+    np.add.at(total, which, bars**2 / np.bincount(which)[which, None])
+    return replace(made, points=patch, found=np.sqrt(total))
 
 
 def _chosen(area):
-    """Return indices of patches and what each stands for: all, or MOST evenly over the area."""
+    """Return indices of patches, each once or more often, and the area that each stands for.
+
+    All of them, LEAST in all at least, or, where they are many, MOST evenly over the area.
+    """
     if len(area) <= MOST:
-        return np.arange(len(area)), area
+        times = -(-LEAST // max(1, len(area)))
+        return np.tile(np.arange(len(area)), times), np.tile(area, times)
     share = np.cumsum(area) / area.sum()
     found, times = np.unique(
         np.searchsorted(share, (np.arange(MOST) + 0.5) / MOST), return_counts=True
@@ -118,7 +126,7 @@ def _quantile(values, weight) -> float:
 
 
 def _one_a_patch(vertices, rows) -> np.ndarray:
-    """Return (m, 3): an evenly chosen point of every patch."""
+    """Return (m, 3): an evenly chosen point of each patch."""
     points, x = np.empty((len(rows), 3)), np.empty(3)
     for k, row in enumerate(rows):
         shift = int(hashed(int(row), PLACE, 0))

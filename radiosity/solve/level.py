@@ -11,7 +11,7 @@ from radiosity.mesh.elements import make_elements
 from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.scene.model import Scene, SceneError
 from radiosity.solve.assembly import fitted, raw_factors
-from radiosity.solve.methods import SOLVERS, System, Watch
+from radiosity.solve.methods import System, Watch, solve_bands
 from radiosity.solve.plan import Recipe, check_memory
 from radiosity.solve.reach import Reach, find_reach
 from radiosity.solve.surroundings import surroundings_of
@@ -176,7 +176,7 @@ def solve_level(
     NotConverged, NotClosable
     """
     progress("mesh", 0, 1)
-    reach = find_reach(scene, shape, recipe.seed) if reach is None else reach
+    reach = find_reach(scene, shape, recipe.seed, recipe.force) if reach is None else reach
     progress("mesh", 1, 1)
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     check_memory(len(patches), memory, recipe.order)
@@ -192,13 +192,15 @@ def solve_level(
         outside, own = factors.outside, rows
     else:
         if factors is None:
-            factors = repaired(raw_factors(reach, recipe.factors, recipe.seed, progress))
+            factors = repaired(raw_factors(
+                reach, recipe.factors, recipe.seed, progress, not recipe.force
+            ))
         else:
             factors = fitted(factors, reach)
         outside, own = factors.environment, np.arange(len(patches))
     system = _system(scene, terms, factors, outside, own, elements.width)
     solver = suited(recipe.solver, system, reach.live[own])
-    b, history = SOLVERS[solver](system, recipe.tolerance, watch)
+    b, history = solve_bands(solver, system, recipe.tolerance, recipe.force, watch)
     e = factors @ b + _entering(scene, outside)
     if recipe.order == 0:
         b, e, outside = b[rows], e[rows], outside[rows]

@@ -17,6 +17,7 @@ from radiosity.transport.linear import LinearFactors
 from radiosity.transport.operator import FormFactors
 
 LIMIT, RESTART = 1000, 50
+ALIKE = 14  # digits of sources that must agree
 PICTURES = 8  # that shooting shows while it sends as often as there are coefficients
 Watch = Callable[[np.ndarray], None]
 
@@ -313,3 +314,33 @@ SOLVERS = {
     "gauss-seidel": gauss_seidel, "jacobi": jacobi, "southwell": southwell, "gmres": gmres,
     "cg": cg, "direct": direct,
 }  # fmt: skip
+
+
+def solve_bands(
+    solver: str, system: System, tolerance: float, force: bool = False, watch: Watch | None = None
+) -> tuple[np.ndarray, list[float]]:
+    """Solve a system by the solver of a name; bands that differ by a factor are solved once.
+
+    ``force`` solves all of them. ``watch`` gets all bands.
+    """
+    scale, which = proportional_bands(system)
+    first = np.unique(which, return_index=True)[1]
+    if force or len(first) == len(which):
+        return SOLVERS[solver](system, tolerance, watch)
+    rho, absorptance = system.reflectance[:, first], system.absorptance[:, first]
+    part = System(system.factors, rho, absorptance, system.source[:, first] / scale[first])
+    seen = None if watch is None else lambda b: watch(b[:, which] * scale)
+    b, history = SOLVERS[solver](part, tolerance, seen)
+    return b[:, which] * scale, history
+
+
+def proportional_bands(system: System) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest source of each band, 1 where there is none, and which bands are alike.
+
+    Alike are bands of the same reflectances whose sources differ by a factor only, up to rounding.
+    """
+    scale = system.source.max(axis=0, initial=0.0)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    shape = np.round(system.source / scale, ALIKE)
+    both = np.concatenate([system.reflectance, system.absorptance, shape])
+    return scale, np.unique(both, axis=1, return_inverse=True)[1].ravel()

@@ -1,7 +1,7 @@
 """What reaching an accuracy takes: mesh, rays, samples and tolerance; and whether it fits."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from radiosity.scene.model import Scene
 SOLVER_NAMES = ("gauss-seidel", "jacobi", "southwell", "gmres", "cg", "direct")
 FEWEST = 150
 MOST_LINEAR = 3000  # patches of order 1: their matrix has 9 n^2 entries
+FIRST = 0.01  # accuracy that the first mesh is for, where no larger one is asked for
+AS_GOOD_AS_CAN_BE, START = 1e-3, 0.2  # accuracies that a time is spent on: last and first
 MOST_FACES = 400  # beyond which blockers are too many for exact shadows
 CLUSTERS_AT_UNIT_ACCURACY, FEWEST_CLUSTERS, MOST_CLUSTERS = 60.0, 500, 6000
 RAYS_AT_UNIT_ACCURACY = 1.5e5
@@ -18,8 +20,9 @@ RAYS_AT_UNIT_ACCURACY = 1.5e5
 # is absorbed at each bounce.
 SOLVED, RULE, FADES, FINEST_RULE = 1e-5, 3e-2, 0.1, 1e-7
 # Bytes at the peak a pair of patches; measured for order 0: 28 while closure is repaired, 39 with
-# the direct solver (29 with the others). And a face, in the trees that are searched.
-FACTORS, FACE, BYTES = 32, 2500, (40, 200)
+# the direct solver (29 with the others); for order 1: 88 to 125. And a face, in the trees that are
+# searched.
+FACTORS, FACE, BYTES = 32, 2500, (40, 110)
 # Patches for the accuracy 1; more as its inverse, for the order is 2 in the size of the patches.
 PATCHES_AT_UNIT_ACCURACY, CONSTANT_AT_UNIT_ACCURACY = 3.0, 15.0
 
@@ -48,6 +51,8 @@ class Recipe:
         That look around from a point where light is exchanged between clusters.
     counted : int
         Rays that count the factors between clusters, in all.
+    force : bool
+        Model everything, also what the scene does not require.
     """
 
     order: int
@@ -58,6 +63,7 @@ class Recipe:
     seed: int = 0
     rays: int = 256
     counted: int = 0
+    force: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,6 +81,8 @@ class Plan:
     recipe : Recipe
     clusters : int
         Between how many of them light is exchanged; 0 where it is between patches.
+    seconds : float or None
+        Time to take for an answer that is as good as can be, where that is asked for.
     """
 
     accuracy: float
@@ -82,6 +90,7 @@ class Plan:
     adapts: bool
     recipe: Recipe
     clusters: int = 0
+    seconds: float | None = None
 
     @property
     def cells(self) -> int:
@@ -97,7 +106,8 @@ def count_cells(shape: np.ndarray) -> int:
 
 def make_plan(
     scene: Scene, accuracy: float, mesh: str = "auto", *, order: int | None = None,
-    solver: str = "gauss-seidel", seed: int = 0,
+    solver: str = "gauss-seidel", seed: int = 0, force: bool = False,
+    seconds: float | None = None,
 ) -> Plan:  # fmt: skip
     """Choose elements, mesh, rays, samples and tolerance for an accuracy.
 
@@ -109,6 +119,10 @@ def make_plan(
         ``auto``; ``input`` for the faces as they are; or N for N x N cells a face.
     order : int, optional
         0 or 1; if not given 1 where the mesh is ``auto`` and not too large, 0 otherwise.
+    force : bool
+        Model everything, also what the scene does not require.
+    seconds : float, optional
+        Time to take, for the mesh ``auto``, instead of an accuracy to reach.
 
     Raises
     ------
@@ -123,16 +137,25 @@ def make_plan(
         raise ValueError(f"order = {order!r} must be 0 (constant) or 1 (linear elements)")
     if solver not in SOLVER_NAMES:
         raise ValueError(f"solver = {solver!r} must be one of {', '.join(SOLVER_NAMES)}")
+    if seconds is not None:
+        if mesh != "auto":
+            raise ValueError(f"mesh = {mesh!r} leaves nothing to choose by time: use auto")
+        accuracy, start = AS_GOOD_AS_CAN_BE, START
+    else:
+        start = max(accuracy, FIRST)
     faces = scene.faces
-    shape = _shape(faces, mesh, PATCHES_AT_UNIT_ACCURACY / accuracy)
+    shape = _shape(faces, mesh, PATCHES_AT_UNIT_ACCURACY / start)
     if order is None and mesh == "auto" and _is_large(faces, shape):
-        return _plan_of_clusters(scene, accuracy, solver, seed)
+        begin = accuracy if seconds is None else start
+        planned = _plan_of_clusters(scene, begin, solver, seed, force)
+        return replace(planned, accuracy=accuracy, seconds=seconds)
     if order is None:
         order = 1 if mesh == "auto" and solver != "cg" else 0
     if order == 0 and mesh == "auto":
         shape = _shape(faces, mesh, max(CONSTANT_AT_UNIT_ACCURACY / accuracy, FEWEST))
-    recipe = Recipe(order, accuracy, _rule(scene, accuracy), SOLVED * accuracy, solver, seed)
-    return Plan(accuracy, shape, mesh == "auto" and order == 1, recipe)
+    rule = 0.0 if force else _rule(scene, accuracy)
+    recipe = Recipe(order, accuracy, rule, SOLVED * accuracy, solver, seed, force=force)
+    return Plan(accuracy, shape, mesh == "auto" and order == 1, recipe, seconds=seconds)
 
 
 def _is_large(faces, shape) -> bool:
@@ -140,14 +163,14 @@ def _is_large(faces, shape) -> bool:
     return count_cells(shape) > MOST_LINEAR or len(faces) > MOST_FACES
 
 
-def _plan_of_clusters(scene, accuracy, solver, seed) -> Plan:
+def _plan_of_clusters(scene, accuracy, solver, seed, force) -> Plan:
     """Return the plan of a scene of many small faces."""
     clusters = int(np.clip(CLUSTERS_AT_UNIT_ACCURACY / accuracy, FEWEST_CLUSTERS, MOST_CLUSTERS))
     shape = divisions(scene.faces, np.sqrt(scene.faces.areas().sum() / clusters))
     rays = int(2 ** np.clip(np.ceil(np.log2(20 / accuracy)), 8, 14))
     counted = int(RAYS_AT_UNIT_ACCURACY / accuracy)
     tolerance = SOLVED * accuracy
-    recipe = Recipe(0, accuracy, 0.0, tolerance, solver, seed, rays, counted)
+    recipe = Recipe(0, accuracy, 0.0, tolerance, solver, seed, rays, counted, force)
     return Plan(accuracy, shape, True, recipe, clusters)
 
 

@@ -34,20 +34,22 @@ class Reach:
     table: Table
 
 
-def find_reach(scene: Scene, shape: np.ndarray, seed: int) -> Reach:
-    """Divide the faces into ``shape`` cells and follow the light from its sources."""
+def find_reach(scene: Scene, shape: np.ndarray, seed: int, force: bool = False) -> Reach:
+    """Divide the faces into ``shape`` cells and follow the light from its sources.
+
+    ``force`` takes every face for one that can block.
+    """
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
     facets = merge_facets(scene.faces)
     contacts = find_contacts(scene.faces, emits, facets=facets)
     cells = make_patches(scene.faces, shape, contacts)
-    visibility = Visibility(scene.faces, facets)
+    visibility = Visibility(scene.faces, facets, force)
     table = make_table(scene.faces, cells)
     sources = np.zeros((cells.fronts, 2), bool)
     sources[:, 0] = emits[cells.face]
     if scene.ambient.any():
         sources |= sides_that_see_out(visibility, table, cells, seed)
-    reached = survey(visibility, table, cells, sources, area_lights(scene), seed)
-    front, back = reached.lit.T
+    front, back = survey(visibility, table, cells, sources, area_lights(scene), seed).T
     patches = cells.with_backs(back)
     live = np.concatenate([front, back[back]])
     return Reach(patches, live, visibility, table)

@@ -131,8 +131,8 @@ class Solution:
     @property
     def error(self) -> np.ndarray:
         """Return (n, 3) estimated errors of the irradiance on each patch, W/m2."""
-        found = np.zeros_like(self.irradiance_on)
-        found[self.level.rows] = self.estimate.on_patches(self.level.arriving)
+        rows, found = self.level.rows, np.zeros_like(self.irradiance_on)
+        found[rows] = self.estimate.on_patches(self.irradiance_on[rows])
         return found
 
     def irradiance(

@@ -19,6 +19,8 @@ def solve(
     order: int | None = None,
     solver: str = "gauss-seidel",
     seed: int = 0,
+    force: bool = False,
+    seconds: float | None = None,
     memory: float | None = None,
     progress: Progress = silent,
     factors: FormFactors | None = None,
@@ -42,6 +44,11 @@ def solve(
         reflectances are near 1, ``direct`` takes their place.
     seed : int
         Of all sample patterns.
+    force : bool
+        Model everything, also what the scene does not require; see `radiosity.solve.requirements`.
+    seconds : float, optional
+        Take the best answer that can be had in so much time, whatever its accuracy; for the mesh
+        ``auto``, without start-up and compiling.
     memory : float, optional
         Bytes that may be used; half of what is free by default.
     progress : callable
@@ -58,18 +65,21 @@ def solve(
     ValueError
         An option out of range, or factors of other rows than this scene's patches.
     SceneError
-        Nothing in a closed scene absorbs.
+        Nothing in a closed scene absorbs, or a scene made in code holds impossible numbers.
     Refused
         The matrix would not fit into ``memory``.
     NotConverged
     NotClosable
         The rows of the form factors cannot be closed.
     """
+    scene.check()
     if factors is not None:
         if order == 1:
             raise ValueError("order = 1 has form factors of its own: leave out factors, or order")
         order = 0
-    plan = make_plan(scene, accuracy, mesh, order=order, solver=solver, seed=seed)
+    plan = make_plan(
+        scene, accuracy, mesh, order=order, solver=solver, seed=seed, force=force, seconds=seconds
+    )
     check_memory(plan.clusters or plan.cells, memory, plan.recipe.order)
     if plan.adapts:
         if plan.clusters:

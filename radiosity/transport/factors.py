@@ -9,7 +9,7 @@ from radiosity.transport.environment import FEW, measure_openness
 from radiosity.transport.exchange import Geometry, make_geometry
 from radiosity.transport.near import APART, FLAT
 from radiosity.transport.occlusion import refined_shares
-from radiosity.transport.operator import FormFactors
+from radiosity.transport.operator import FormFactors, Openness
 from radiosity.transport.pairs import FEWER, RAYS, Barriers, fill_rows, look_near, make_spaces
 from radiosity.transport.screen import make_columns
 from radiosity.transport.threads import Progress, over_ranges, silent
@@ -25,6 +25,7 @@ TIGHTEST, LOOSEST = 1e-12, 1e-4
 # FEW patches get exact unoccluded factors, shares with so much more care, and a careful look for
 # shadows between sample points.
 CARE = 0.05
+MISSING, ROUNDED = 3.0, 1e-9  # of its error, and absolute: what a closed row may miss of 1
 
 
 def patch_geometry(
@@ -46,6 +47,8 @@ def form_factors(
     accuracy: float,
     seed: int = 0,
     progress: Progress = silent,
+    *,
+    complete: bool = False,
 ) -> FormFactors:
     """Assemble the dense matrix of form factors, as it is before its closure is repaired.
 
@@ -57,6 +60,9 @@ def form_factors(
         Patches that exchange light; the rows and columns of the others stay 0.
     accuracy : float
         Asked bound of the sum over j of |error of F_ij| in every row.
+    complete : bool
+        Whether every side that a row sees is a row too, so that where nothing can block all that
+        is missing of 1 leaves the scene, and no ray need measure it.
 
     Returns
     -------
@@ -85,9 +91,18 @@ def form_factors(
     _trace_rest(exchange, error, patches, visibility, asked, seed, progress)
     over_ranges(lambda a, b: _mirror(a, b, exchange, error), n, TILE)
     found = FormFactors(exchange, patches.area, error, centroid=patches.centroid)
+    if complete and not visibility.can_block:
+        return found.replaced(openness=_what_is_missing(found))
     flat = look_near(geometry, visibility.facets) == FLAT
     openness = measure_openness(patches, visibility, live, accuracy, seed, found, flat)
     return found.replaced(openness=openness)
+
+
+def _what_is_missing(found):
+    """Return the openness of exact rows: what they miss of 1, beyond their errors."""
+    error, missing = found.row_errors(), 1.0 - found.row_sums()
+    share = np.where((found.area > 0) & (missing > MISSING * error + ROUNDED), missing, 0.0)
+    return Openness(share, np.where(share > 0.0, error, 0.0))
 
 
 def _trace_rest(exchange, error, patches, visibility, asked, seed, progress):

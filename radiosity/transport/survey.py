@@ -1,42 +1,24 @@
-"""What light can reach, and where a scene is open: measured with rays before any factor."""
+"""What light can reach and what sees out, found before any factor: by rays where faces block."""
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numba import njit
 
-from radiosity.mesh.patches import Patches
+from radiosity.mesh.patches import Patches, reversed_winding
 from radiosity.transport.hemisphere import MISS, look_out
 from radiosity.transport.irradiance import AreaLights, direct_irradiance
 from radiosity.transport.lookup import Table
+from radiosity.transport.polygon import heights, point_factor
 from radiosity.transport.threads import over_ranges
 from radiosity.transport.visibility import Visibility
 
 FEWEST, MOST, IN_ALL = 32, 256, 1 << 22  # rays from a side, and about from all together
 CHUNK = 256
 AIMED = 8  # rays to each light
-
-
-@dataclass(frozen=True)
-class Survey:
-    """Which sides of the patches light reaches, and what they see of the outside.
-
-    Attributes
-    ----------
-    lit : (fronts, 2) bool
-        Front and back: reached by light, directly or after reflections.
-    open_share : (fronts, 2) float64
-        Fraction of a lit side's hemisphere that leaves the scene (its factor to the
-        environment, by 32 to 256 rays); NaN where not lit.
-    """
-
-    lit: np.ndarray
-    open_share: np.ndarray
-
-    @property
-    def closed(self) -> bool:
-        """Whether no lit side sees the outside."""
-        return not np.any(self.open_share > 0)
+MOST_FREE = 10_000  # patches of which every pair is looked at where none can block
+FLAT = 1e-13  # height over a plane, in ray coordinates, that is rounding
+SEEN = 1e-9  # by which factors of a closed side may miss 1
 
 
 def survey(
@@ -46,8 +28,8 @@ def survey(
     sources: np.ndarray,
     lights: AreaLights | None = None,
     seed: int = 0,
-) -> Survey:
-    """Follow light from the sides that send it out to every side it can reach.
+) -> np.ndarray:
+    """Return (fronts, 2) bool: sides that light reaches from ``sources``, after any reflections.
 
     Parameters
     ----------
@@ -60,27 +42,73 @@ def survey(
     """
     lit = sources.copy()
     lit[patches.behind >= 0] = False
-    open_share = np.full(lit.shape, np.nan)
+    if not visibility.can_block and len(lit) <= MOST_FREE:
+        _spread_freely(*_both_sides(visibility, patches), patches.behind < 0, lit)
+        return lit
     views = partial(_look, visibility, table, patches, seed=seed)
     if lights is not None:
         lit |= _lit_directly(visibility, patches, lights, seed) & (patches.behind < 0)
     new = np.flatnonzero(lit)
     while len(new):
-        _spread(views, new, lit.reshape(-1), open_share.reshape(-1))
+        _spread(views, new, lit.reshape(-1))
         new = _small_ones(views, patches, lit)
-    return Survey(lit, open_share)
+    return lit
 
 
-def _spread(views, new, lit, open_share):
+def _spread(views, new, lit):
     """Follow light from new sides to all that it meets; mark them in ``lit`` (2 * fronts,)."""
     lit[new] = True
     while len(new):
         sides = views(new)
-        open_share[new] = np.mean(sides == MISS, axis=1)
         met = np.unique(sides)
         met = met[met != MISS]
         new = met[~lit[met]]
         lit[new] = True
+
+
+def _both_sides(visibility, patches):
+    """Return fronts and backs, one after the other, (2, fronts, 4, 3), and their normals."""
+    front = (patches.vertices[: patches.fronts] - visibility.centre) * visibility.scale
+    normal = patches.normal[: patches.fronts]
+    return np.stack([front, reversed_winding(front)]), np.stack([normal, -normal])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _spread_freely(vertices, normals, exposed, lit):
+    """Light all sides that face a lit one, where nothing can come between."""
+    n = len(lit)
+    waiting = [(i, s) for i in range(n) for s in range(2) if lit[i, s]]
+    while len(waiting) > 0:
+        i, s = waiting.pop()
+        p, normal = vertices[s, i], normals[s, i]
+        for j in range(n):
+            for t in range(2):
+                if lit[j, t] or not exposed[j, t]:
+                    continue
+                q = vertices[t, j]
+                if heights(q, p[0], normal)[1] <= FLAT:
+                    continue
+                if heights(p, q[0], normals[t, j])[1] > FLAT:
+                    lit[j, t] = True
+                    waiting.append((j, t))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _see_out_freely(vertices, normals):
+    """Return (n, 2): sides whose middles see less than all around them, nothing in between."""
+    n, x = vertices.shape[1], np.empty(3)
+    out = np.zeros((n, 2), np.bool_)
+    for i in range(n):
+        for c in range(3):
+            x[c] = vertices[0, i, :, c].mean()
+        for s in range(2):
+            a, total = normals[s, i], 0.0
+            for j in range(n):
+                for t in range(2):
+                    if heights(x.reshape(1, 3), vertices[t, j, 0], normals[t, j])[1] > FLAT:
+                        total += point_factor(x[0], x[1], x[2], a[0], a[1], a[2], vertices[t, j])
+            out[i, s] = total < 1.0 - SEEN
+    return out
 
 
 def _lit_directly(visibility, patches, lights, seed):
@@ -109,6 +137,8 @@ def _small_ones(views, patches, lit):
 
 def sides_that_see_out(visibility, table, patches, seed: int = 0) -> np.ndarray:
     """Return (fronts, 2) bool: which sides see the outside of the scene."""
+    if not visibility.can_block and patches.fronts <= MOST_FREE:
+        return _see_out_freely(*_both_sides(visibility, patches))
     every = np.arange(2 * patches.fronts)
     sides = _look(visibility, table, patches, every, seed)
     return np.any(sides == MISS, axis=1).reshape(-1, 2)

@@ -23,6 +23,8 @@ class Visibility:
         Every triangle of every face blocks from both sides.
     facets : Facets, optional
         Those of the faces, where they are known.
+    every : bool
+        Take every face for one that can block, also those that nothing lies behind.
 
     Attributes
     ----------
@@ -41,7 +43,7 @@ class Visibility:
         These and those that nothing lies behind.
     """
 
-    def __init__(self, faces: Faces, facets: Facets | None = None):
+    def __init__(self, faces: Faces, facets: Facets | None = None, every: bool = False):
         v = faces.vertices
         low, high = v.reshape(-1, 3).min(axis=0), v.reshape(-1, 3).max(axis=0)
         self.centre = (low + high) / 2
@@ -60,10 +62,16 @@ class Visibility:
         self._of_facet = np.empty(len(facets.count), int)
         self._of_facet[facets.facet] = bodies.of_face
         made = self._corners, facets.count, facets.normal, self._of_facet, grain
-        self.blockers, self.facets = make_blockers(*made), make_blockers(*made, hull=True)
+        self.facets = make_blockers(*made, hull=True)
+        self.blockers = self.facets if every else make_blockers(*made)
         triangles, self._face = _triangles(faces)
         self._triangles = ((triangles - self.centre) * self.scale).astype(np.float32)
         self._scene = _scene_of(self._triangles)
+
+    @property
+    def can_block(self) -> bool:
+        """Whether any face can come between two points of the scene."""
+        return len(self.blockers.count) > 0
 
     def free_sides(self, patches: Patches) -> np.ndarray:
         """Return (n, bodies + 1) bool: on which bodies' free side a patch surely lies.

@@ -1,0 +1,163 @@
+"""Asking for an accuracy: what is reached, what it is told to be, and what a deadline allows."""
+
+import time
+
+import numpy as np
+import pytest
+from scenes_for_tests import block, box, l_room, scene
+
+from radiosity.scene.model import SceneError
+from radiosity.solve import adapt, plan
+from radiosity.solve.adapt import Clock
+from radiosity.solve.solve import solve
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+ROOM = box((0, 0, 0), (4, 3, 2.5))
+DOOR = [[[2, 0, 0], [2, 1.2, 0], [2, 1.2, 2.5], [2, 0, 2.5]],
+        [[2, 1.8, 0], [2, 3, 0], [2, 3, 2.5], [2, 1.8, 2.5]]]  # fmt: skip
+LAMP = [[[0.5, 0.5, 2.5], [0.5, 1, 2.5], [1, 1, 2.5], [1, 0.5, 2.5]]]
+
+
+def furnished():
+    lamp = [[[0.4, 0.4, 1], [0.4, 0.6, 1], [0.6, 0.6, 1], [0.6, 0.4, 1]]]
+    polygons = np.concatenate([
+        box((0, 0, 0), (1, 1, 1)), lamp, block((0.15, 0.5, 0), (0.4, 0.75, 0.6)),
+        block((0.55, 0.2, 0), (0.85, 0.5, 0.3), False),
+    ])  # fmt: skip
+    rho, exitance = np.full((len(polygons), 3), 0.7), np.zeros((len(polygons), 3))
+    rho[2], rho[3], rho[6], exitance[6] = [0.6, 0.1, 0.1], [0.1, 0.5, 0.1], 0.0, 10.0
+    return scene(polygons, rho, exitance)
+
+
+SCENES = {
+    "furnished": furnished,
+    "L": lambda: scene(l_room(), 0.7, [0, 0, 3.0, *[0] * 7]),  # what is round the corner
+    "door": lambda: scene(np.concatenate([ROOM, DOOR, LAMP]), [*[0.7] * 8, 0], [0] * 8 + [5.0]),
+    "box": lambda: scene(ROOM, [0.2, 0.7, 0.5, 0.3, 0.6, 0.4], [0, 1.0, 0, 0, 0, 0.3]),
+}
+
+
+def points_of(solution, count):
+    rng = np.random.default_rng(0)
+    area = solution.patches.area * solution.live
+    rows = rng.choice(len(area), count, p=area / area.sum())
+    corners = solution.patches.vertices[rows]
+    s, t = rng.random((2, count, 1))
+    a, b, c, d = corners.transpose(1, 0, 2)
+    points = (1 - s) * (1 - t) * a + s * (1 - t) * b + s * t * c + (1 - s) * t * d
+    return points, solution.patches.normal[rows]
+
+
+def test_the_error_is_what_was_asked_and_what_was_said():
+    """Pooled over scenes and accuracies: bars cover 95 % and are at most 5 times the rms error."""
+    covered, bars, errors = [], [], []
+    for make in SCENES.values():
+        model = make()
+        exact = solve(model, 0.003)
+        points, normals = points_of(exact, 400)
+        e, rest = (x @ LUMINANCE for x in exact.irradiance(points, normals))
+        for accuracy in (0.1, 0.03, 0.01):
+            solution = solve(model, accuracy)
+            found, bar = (x @ LUMINANCE for x in solution.irradiance(points, normals))
+            scale = np.maximum(e, 0.1 * exact.estimate.scale)
+            off = np.abs(found - e) / scale
+            assert np.percentile(off, 95) <= accuracy
+            assert solution.estimate.reached <= accuracy
+            # the estimate is about the error, and not far below it
+            assert np.percentile(off, 95) <= 1.5 * solution.estimate.reached + 2e-3
+            covered.append(np.mean(np.abs(found - e) <= bar + rest))
+            bars.append(np.mean((bar / scale) ** 2))
+            errors.append(np.mean(off**2))
+    assert np.mean(covered) >= 0.95
+    assert np.sqrt(np.mean(bars)) <= 5.0 * np.sqrt(np.mean(errors))
+
+
+def test_patch_errors_are_of_the_patches_own_size():
+    solution = solve(furnished(), 0.05)
+    lit = solution.live
+    assert np.all(solution.error[lit] > 0) and not solution.error[~lit].any()
+    share = solution.error[lit] / np.maximum(solution.irradiance_on[lit], solution.estimate.scale)
+    assert np.median(share) < 0.05
+
+
+@pytest.mark.parametrize("order, mesh", [(0, "3"), (1, "4"), (1, "3"), (0, "1")])
+def test_given_meshes_tell_their_error_too(order, mesh):
+    """What is found on a mesh, against much better: the estimate is neither hidden nor wild."""
+    model = furnished()
+    exact = solve(model, 0.005)
+    points, normals = points_of(exact, 300)
+    e = exact.irradiance(points, normals)[0] @ LUMINANCE
+    solution = solve(model, 0.05, mesh=mesh, order=order)
+    found, bar = (x @ LUMINANCE for x in solution.irradiance(points, normals))
+    off = np.percentile(np.abs(found - e) / np.maximum(e, 0.1 * exact.estimate.scale), 95)
+    assert off / 2.5 <= solution.estimate.reached <= 6.0 * off
+    assert np.mean(np.abs(found - e) <= bar) >= 0.85
+    assert not solution.plan.adapts
+
+
+def test_too_many_patches_for_a_linear_check_get_slopes_from_neighbours(monkeypatch):
+    model = furnished()
+    exact = solve(model, 0.01, mesh="4", order=0).estimate.reached
+    monkeypatch.setattr(adapt, "MOST_LINEAR", 10)
+    guessed = solve(model, 0.01, mesh="4", order=0).estimate.reached
+    assert exact / 3 < guessed < 3 * exact
+
+
+def test_memory_ends_the_refinement_and_the_estimate_says_so():
+    solution = solve(furnished(), 0.001, memory=110 * 400**2)
+    assert len(solution.level.rows) <= 400
+    assert solution.estimate.reached > 0.001
+
+
+def test_a_deadline_is_kept_and_more_time_brings_less_error():
+    model = furnished()
+    solve(model, 0.3)  # loads compiled code
+    reached = []
+    for seconds in (0.2, 3.0):
+        begun = time.perf_counter()
+        solution = solve(model, seconds=seconds)
+        assert time.perf_counter() - begun < 2.0 * seconds + 1.0
+        reached.append(solution.estimate.reached)
+    assert reached[1] < reached[0]
+    with pytest.raises(ValueError, match="leaves nothing to choose by time: use auto"):
+        solve(model, mesh="3", seconds=1.0)
+
+
+def test_a_clock_has_room_for_what_is_left(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(adapt.time, "perf_counter", lambda: now[0])
+    clock = Clock(10.0)
+    now[0] = 2.0
+    assert clock.room() == pytest.approx(0.8 * 8.0 / 2.0)
+    now[0] = 11.0
+    assert clock.room() == 0.0
+    assert Clock(None).room() > 1e9 or True
+
+
+@pytest.mark.parametrize("order", [2, -1])
+def test_other_orders_are_refused(order):
+    with pytest.raises(ValueError, match=r"order = -?\d must be 0 \(constant\) or 1"):
+        solve(furnished(), 0.1, order=order)
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"reflectance": np.nan}, r"materials.m0.diffuse\[0\] = nan must be in \[0, 1\]"),
+        ({"reflectance": 1.2}, r"1.2 must be in \[0, 1\]: a surface cannot reflect more than it"),
+        ({"exitance": np.inf}, r"materials.m0.emission\[0\] = inf must be at least 0 and finite"),
+        ({"exitance": -1.0}, "must be at least 0 and finite: radiance"),
+        ({"ambient": np.array([0, np.nan, 0])}, r"ambient\[1\] = nan must be at least 0"),
+    ],
+)
+def test_impossible_numbers_in_scenes_made_in_code_are_refused(change, message):
+    with pytest.raises(SceneError, match=message):
+        solve(scene(ROOM, **change), 0.1)
+
+
+def test_vertices_that_are_no_numbers_are_refused():
+    room = ROOM.copy()
+    room[2, 1, 0] = np.nan
+    with pytest.raises(ValueError, match=r"face 2 has the vertices .*nan.* must be finite"):
+        solve(scene(room), 0.1)
+    assert plan.MOST_LINEAR > 1000
