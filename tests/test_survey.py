@@ -1,9 +1,14 @@
 """The survey: what light reaches, and how much of the outside a side sees."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scenes_for_tests import SQUARE, block, box, faces_of, meshed, rotation
 
+from radiosity.mesh.patches import divisions
+from radiosity.scene.files import load
+from radiosity.solve.reach import find_reach
 from radiosity.transport import survey as survey_module
 from radiosity.transport.survey import sides_that_see_out, survey
 
@@ -107,3 +112,14 @@ def test_what_sees_out():
     assert not out[:, 0].any() and out[:, 1].all()
     _, patches, (visibility, table) = surveyed(ROOM[[0, 2, 3, 4, 5]], 2, [])
     assert sides_that_see_out(visibility, table, patches).all()
+
+
+def test_no_ray_slips_through_an_edge_into_a_block():
+    """One of millions of rays met the inside of the short block; seeds and mesh that it did on."""
+    room = load(Path(__file__).resolve().parent.parent / "scenes" / "cornell_box.toml")
+    shape = divisions(room.faces, np.sqrt(room.faces.areas().sum() / 3000))
+    reach = find_reach(room, shape, 0)
+    assert reach.patches.front.all()
+    x, y, z = reach.patches.centroid.T
+    under = (y < 1e-6) & (np.abs(x - 186) < 40) & (np.abs(z - 168) < 40)
+    assert under.any() and not reach.live[under].any()

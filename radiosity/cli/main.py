@@ -12,6 +12,7 @@ from radiosity.cli.plan import plan
 from radiosity.cli.probe import probe
 from radiosity.cli.render import render
 from radiosity.cli.solve import solve
+from radiosity.cli.tradeoff import tradeoff
 from radiosity.cli.verify import verify
 from radiosity.cli.view import view
 
@@ -24,7 +25,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (view, solve, render, probe, plan, formfactors, verify, info):
+for verb in (view, solve, render, probe, plan, tradeoff, formfactors, verify, info):
     app.command()(verb)
 
 

@@ -13,7 +13,15 @@ from radiosity.solve.clustered import Clustered, coarser, solve_clusters
 from radiosity.solve.estimate import HALVED, REFINED, Check, Estimate, compare
 from radiosity.solve.level import Level, solve_level
 from radiosity.solve.methods import Watch
-from radiosity.solve.plan import MOST_CLUSTERS, MOST_LINEAR, Plan, check_memory, count_cells, fits
+from radiosity.solve.plan import (
+    MOST_CLUSTERS,
+    MOST_LINEAR,
+    Plan,
+    check_memory,
+    count_cells,
+    fits,
+    most_that_fit,
+)
 from radiosity.solve.reach import find_reach
 from radiosity.transport.arrival import make_senders
 from radiosity.transport.threads import Progress, silent
@@ -44,11 +52,12 @@ def refined(
         if estimate.reached <= plan.accuracy:
             break
         ratio = np.sqrt(estimate.reached / (AIM * plan.accuracy))
-        ratio = min(float(np.clip(ratio, SLOWEST, FASTEST)), clock.room() ** (1.0 / STEEP))
-        size /= ratio
-        cells = count_cells(2 * coarse_shape(scene, size))
-        if ratio < SLOWEST or cells > MOST_LINEAR or not fits(cells, 1, memory):
+        most = min(MOST_LINEAR, most_that_fit(1, memory)) / count_cells(2 * coarse)
+        room = min(clock.room() ** (1.0 / STEEP), np.sqrt(most))
+        ratio = min(float(np.clip(ratio, SLOWEST, FASTEST)), room)
+        if ratio < SLOWEST:
             break
+        size /= ratio
     return level, check, estimate
 
 

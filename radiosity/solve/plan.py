@@ -147,7 +147,7 @@ def make_plan(
     shape = _shape(faces, mesh, PATCHES_AT_UNIT_ACCURACY / start)
     if order is None and mesh == "auto" and _is_large(faces, shape):
         begin = accuracy if seconds is None else start
-        planned = _plan_of_clusters(scene, begin, solver, seed, force)
+        planned = plan_of_clusters(scene, begin, solver, seed, force)
         return replace(planned, accuracy=accuracy, seconds=seconds)
     if order is None:
         order = 1 if mesh == "auto" and solver != "cg" else 0
@@ -163,7 +163,9 @@ def _is_large(faces, shape) -> bool:
     return count_cells(shape) > MOST_LINEAR or len(faces) > MOST_FACES
 
 
-def _plan_of_clusters(scene, accuracy, solver, seed, force) -> Plan:
+def plan_of_clusters(
+    scene: Scene, accuracy: float, solver: str = "gauss-seidel", seed: int = 0, force: bool = False
+) -> Plan:
     """Return the plan of a scene of many small faces."""
     clusters = int(np.clip(CLUSTERS_AT_UNIT_ACCURACY / accuracy, FEWEST_CLUSTERS, MOST_CLUSTERS))
     shape = divisions(scene.faces, np.sqrt(scene.faces.areas().sum() / clusters))
@@ -201,7 +203,12 @@ def check_memory(patches: int, limit: float | None, order: int = 0) -> int:
 
 def fits(patches: int, order: int, limit: float | None) -> bool:
     """Whether a dense solution on so many patches would fit."""
-    return BYTES[order] * patches**2 <= (free_memory() / 2 if limit is None else limit)
+    return patches <= most_that_fit(order, limit)
+
+
+def most_that_fit(order: int, limit: float | None) -> int:
+    """Return of how many patches a dense solution fits into ``limit`` bytes; see `check_fits`."""
+    return int(np.sqrt((free_memory() / 2 if limit is None else limit) / BYTES[order]))
 
 
 def check_factors(rows: int, faces: int, limit: float | None) -> int:

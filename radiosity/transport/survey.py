@@ -8,7 +8,7 @@ from numba import njit
 from radiosity.mesh.patches import Patches, reversed_winding
 from radiosity.transport.hemisphere import MISS, look_out
 from radiosity.transport.irradiance import AreaLights, direct_irradiance
-from radiosity.transport.lookup import Table
+from radiosity.transport.lookup import Table, margin_in
 from radiosity.transport.polygon import heights, point_factor
 from radiosity.transport.threads import over_ranges
 from radiosity.transport.visibility import Visibility
@@ -16,6 +16,7 @@ from radiosity.transport.visibility import Visibility
 FEWEST, MOST, IN_ALL = 32, 256, 1 << 22  # rays from a side, and about from all together
 CHUNK = 256
 AIMED = 8  # rays to each light
+EDGE = 1e-5  # distance from the edges of a patch, in ray coordinates: nearer hits do not count
 MOST_FREE = 10_000  # patches of which every pair is looked at where none can block
 FLAT = 1e-13  # height over a plane, in ray coordinates, that is rounding
 SEEN = 1e-9  # by which factors of a closed side may miss 1
@@ -46,23 +47,24 @@ def survey(
         _spread_freely(*_both_sides(visibility, patches), patches.behind < 0, lit)
         return lit
     views = partial(_look, visibility, table, patches, seed=seed)
+    inside = partial(_well_inside, visibility, patches)
     if lights is not None:
         lit |= _lit_directly(visibility, patches, lights, seed) & (patches.behind < 0)
     new = np.flatnonzero(lit)
     while len(new):
-        _spread(views, new, lit.reshape(-1))
+        _spread(views, inside, new, lit.reshape(-1))
         new = _small_ones(views, patches, lit)
     return lit
 
 
-def _spread(views, new, lit):
+def _spread(views, inside, new, lit):
     """Follow light from new sides to all that it meets; mark them in ``lit`` (2 * fronts,)."""
     lit[new] = True
     while len(new):
-        sides = views(new)
-        met = np.unique(sides)
-        met = met[met != MISS]
-        new = met[~lit[met]]
+        sides, hits = views(new)
+        dark = (sides != MISS) & ~lit[sides]
+        met, places = sides[dark], hits[dark]
+        new = np.unique(met[inside(met, places)])
         lit[new] = True
 
 
@@ -131,7 +133,7 @@ def _lit_directly(visibility, patches, lights, seed):
 def _small_ones(views, patches, lit):
     """Return dark sides that see a lit one: too small for any ray to have met them."""
     dark = np.flatnonzero(~lit & (patches.behind < 0))
-    sides = views(dark)
+    sides, _ = views(dark)
     return dark[np.any((sides != MISS) & lit.reshape(-1)[sides], axis=1)]
 
 
@@ -140,25 +142,42 @@ def sides_that_see_out(visibility, table, patches, seed: int = 0) -> np.ndarray:
     if not visibility.can_block and patches.fronts <= MOST_FREE:
         return _see_out_freely(*_both_sides(visibility, patches))
     every = np.arange(2 * patches.fronts)
-    sides = _look(visibility, table, patches, every, seed)
+    sides, _ = _look(visibility, table, patches, every, seed)
     return np.any(sides == MISS, axis=1).reshape(-1, 2)
 
 
 def _look(visibility, table, patches, which, seed=0):
-    """Return (k, rays) sides met from the middles of the given sides.
+    """Return sides met from the middles of the given sides (k, rays), and where (k, rays, 3).
 
-    From every side 256, of scenes of many sides fewer.
+    From every side 256 rays, of scenes of many sides fewer.
     """
     front, back = which // 2, which % 2
     normals = patches.normal[front] * np.where(back, -1.0, 1.0)[:, None]
     rays = int(np.clip(IN_ALL // max(1, 2 * patches.fronts), FEWEST, MOST))
-    found = np.empty((len(which), rays), np.int64)
+    found, places = np.empty((len(which), rays), np.int64), np.empty((len(which), rays, 3))
 
     def work(a, b):
         points = patches.centroid[front[a:b]]
-        found[a:b], _ = look_out(
+        found[a:b], places[a:b] = look_out(
             visibility, table, points, normals[a:b], which[a:b], range(rays), seed
         )
 
     over_ranges(work, len(which), CHUNK)
+    return found, places
+
+
+def _well_inside(visibility, patches, sides, places):
+    """Return (m,) bool: places (m, 3) in ray coordinates that lie off the edges of their patch.
+
+    Of millions of rays that pass an edge, one may slip through it and meet what is sealed off.
+    """
+    x = visibility.centre + places / visibility.scale
+    return _margins(patches.vertices, patches.normal, sides // 2, x) > EDGE / visibility.scale
+
+
+@njit(cache=True, nogil=True)
+def _margins(vertices, normals, patch, x):
+    found = np.empty(len(patch))
+    for k in range(len(patch)):
+        found[k] = margin_in(vertices[patch[k]], normals[patch[k]], x[k])
     return found

@@ -1,0 +1,134 @@
+"""The trade of speed for accuracy, measured: time, memory and true error of many ways to solve."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.light.photometry import luminance
+from radiosity.scene.model import Scene
+from radiosity.solve.adapt import refined_clusters
+from radiosity.solve.estimate import DIM
+from radiosity.solve.methods import SOLVERS
+from radiosity.solve.plan import plan_of_clusters
+from radiosity.solve.solution import Solution
+from radiosity.solve.solve import solve
+from radiosity.transport.polygon import first_half, place_evenly
+from radiosity.transport.sampling import sobol
+
+ASKED = (0.1, 0.05, 0.03, 0.02, 0.01, 0.005, 0.003, 0.002, 0.001)
+FINER = 4.0  # how many times as accurate as the best answer the reference is asked to be
+FINEST = 5e-4  # and the best that is asked of it
+POINTS = 1000
+COMPARED = 0.02  # accuracy at which solvers and options are compared
+LEAST_CONSTANT = 0.02  # accuracy beyond which constant elements take too long to wait for
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One way to solve a scene, and what came of it.
+
+    Attributes
+    ----------
+    way : str
+        Series that it belongs to: "linear", "constant", "clusters", or the option that is tried.
+    accuracy : float
+        Asked.
+    patches : int
+        Live ones, or clusters.
+    seconds : float
+        Warm, of solving alone.
+    memory : int
+        Bytes of the form factors.
+    estimated, error : float
+        95th percentile over the surfaces, as told by the program and against the reference.
+    """
+
+    way: str
+    accuracy: float
+    patches: int
+    seconds: float
+    memory: int
+    estimated: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A far finer solution: irradiance (k, 3) at points of all surfaces, and its own error."""
+
+    points: np.ndarray
+    normals: np.ndarray
+    irradiance: np.ndarray
+    scale: float
+    estimated: float
+
+    def error_of(self, solution: Solution) -> float:
+        """Return the 95th percentile of a solution's errors, in the norm of the accuracy."""
+        y = luminance(self.irradiance)
+        found = luminance(solution.irradiance(self.points, self.normals)[0])
+        return float(np.percentile(np.abs(found - y) / np.maximum(y, DIM * self.scale), 95))
+
+
+def make_reference(scene: Scene, accuracy: float) -> Reference:
+    """Return the reference for answers of an accuracy and worse."""
+    solution = solve(scene, max(accuracy / FINER, FINEST))
+    points, normals = _points_on(solution)
+    irradiance, _ = solution.irradiance(points, normals)
+    scale, reached = solution.estimate.scale, solution.estimate.reached
+    return Reference(points, normals, irradiance, scale, reached)
+
+
+def _points_on(solution):
+    """Return POINTS points evenly over the lit surfaces, and the normals there."""
+    area = solution.patches.area * solution.live
+    share, x = np.cumsum(area) / area.sum(), np.empty(3)
+    rows = np.searchsorted(share, (np.arange(POINTS) + 0.5) / POINTS)
+    points, zero = np.empty((POINTS, 3)), np.uint64(0)
+    for k, row in enumerate(rows):
+        polygon = solution.patches.vertices[row]
+        s, t = sobol(k, 2, zero), sobol(k, 3, zero)
+        place_evenly(polygon, first_half(polygon), s, t, x)
+        points[k] = x
+    return points, solution.patches.normal[rows]
+
+
+def trials(scene: Scene, finest: float, reference: Reference) -> Iterator[Trial]:
+    """Yield the trials: accuracies down to ``finest`` of each kind of element, then options."""
+    for way, accuracy, make in _ways(scene, finest):
+        make()  # compiled code is loaded
+        begun = time.perf_counter()
+        solution = make()
+        seconds = time.perf_counter() - begun
+        factors = solution.level.factors
+        matrix, _ = factors.rows()
+        yield Trial(
+            way, accuracy, len(factors.area), seconds, matrix.nbytes, solution.estimate.reached,
+            reference.error_of(solution),
+        )  # fmt: skip
+
+
+def _ways(scene, finest) -> Iterator[tuple[str, float, Callable[[], Solution]]]:
+    """Yield a name, the accuracy asked and how to solve."""
+    asked = [a for a in ASKED if a >= finest]
+    for a in asked:
+        yield "linear", a, lambda a=a: solve(scene, a, order=1)
+    for a in asked:
+        if a >= LEAST_CONSTANT:
+            yield "constant", a, lambda a=a: solve(scene, a, order=0)
+    for a in asked:
+        if a >= LEAST_CONSTANT:
+            yield "clusters", a, lambda a=a: _by_clusters(scene, a)
+    for name in SOLVERS:
+        order = 0 if name == "cg" else 1
+        way = f"{name}, order {order}"
+        yield way, COMPARED, lambda n=name, o=order: solve(scene, COMPARED, solver=n, order=o)
+    yield "everything forced", COMPARED, lambda: solve(scene, COMPARED, force=True)
+
+
+def _by_clusters(scene, accuracy) -> Solution:
+    """Return the solution by clusters, whether or not the scene has many faces."""
+    plan = plan_of_clusters(scene, accuracy)
+    level, check, estimate = refined_clusters(scene, plan, None)
+    return Solution(scene, plan, level, lambda: (check, estimate))
