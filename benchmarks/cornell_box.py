@@ -50,8 +50,10 @@ def point_errors(solution):
 def main():
     scene = radiosity.load(SCENES / "cornell_box.toml")
     radiosity.render(radiosity.solve(scene, 0.2), size=(8, 8))  # compiles
-    print("| accuracy | patches | solve s | probe s | median error | 95 % "
-          "| picture s | picture error |")
+    print(
+        "| accuracy | patches | solve s | probe s | median error | 95 % "
+        "| picture s | picture error |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     for accuracy in (0.1, 0.05, 0.02, 0.01):
         solution, solve_s = timed(lambda a=accuracy: radiosity.solve(scene, a))

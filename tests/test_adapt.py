@@ -105,7 +105,7 @@ def test_too_many_patches_for_a_linear_check_get_slopes_from_neighbours(monkeypa
 
 def test_memory_ends_the_refinement_and_the_estimate_says_so():
     solution = solve(furnished(), 0.001, memory=110 * 400**2)
-    assert len(solution.level.rows) <= 400
+    assert len(solution.level.rows) <= 460  # 400 cells, some of them cut
     assert solution.estimate.reached > 0.001
 
 
@@ -131,7 +131,9 @@ def test_a_clock_has_room_for_what_is_left(monkeypatch):
     assert clock.room() == pytest.approx(0.8 * 8.0 / 2.0)
     now[0] = 11.0
     assert clock.room() == 0.0
-    assert Clock(None).room() > 1e9 or True
+    still = Clock(None)
+    now[0] = 12.0
+    assert still.room() == np.inf
 
 
 @pytest.mark.parametrize("order", [2, -1])

@@ -7,7 +7,7 @@ from scenes_for_tests import box, faces_of, meshed, rotation, uv_sphere
 from radiosity.analytic import box_form_factors
 from radiosity.mesh.clusters import make_clusters
 from radiosity.transport.closure import repaired
-from radiosity.transport.counting import count_exchange
+from radiosity.transport.counting import count_rays, counted_factors
 
 CUBE = box((0, 0, 0), (1, 1, 1))
 
@@ -44,6 +44,19 @@ def counted(polygons, rays, labels=None, n=6, seed=0):
     visibility, table, patches = meshed(faces_of(polygons), n)
     labels = patches.face if labels is None else labels
     return count_exchange(patches, np.arange(len(patches)), labels, visibility, table, rays, seed)
+
+
+def count_exchange(patches, rows, labels, visibility, table, rays, seed=0):
+    met = count_rays(patches, rows, labels, visibility, table, range(rays), seed)
+    return counted_factors(met, np.bincount(labels, patches.area[rows]), rays)
+
+
+def test_counts_of_parts_of_a_sequence_add_up():
+    visibility, table, patches = meshed(faces_of(CUBE), 2)
+    args = patches, np.arange(24), patches.face, visibility, table
+    whole = count_rays(*args, range(512))
+    parts = count_rays(*args, range(200)) + count_rays(*args, range(200, 512))
+    assert np.array_equal(whole, parts) and np.all(whole.sum(axis=1) == 512)
 
 
 def test_faces_of_a_cube_have_their_closed_form():

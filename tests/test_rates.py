@@ -16,7 +16,7 @@ from radiosity.analytic import box_form_factors, load_cases
 from radiosity.solve.level import solve_level
 from radiosity.solve.methods import System, gauss_seidel, jacobi
 from radiosity.solve.plan import Recipe
-from radiosity.transport.counting import count_exchange
+from radiosity.transport.counting import count_rays, counted_factors
 from radiosity.transport.operator import FormFactors
 
 HALVINGS = (1, 2, 4, 8, 16)
@@ -142,11 +142,12 @@ def test_order_in_the_number_of_rays():
     """Even points in d dimensions on either side of an edge: N^(-(d + 1)/(2 d)), d = 4: 0.625."""
     exact = box_form_factors((1, 1, 1))
     visibility, table, patches = meshed(faces_of(box((0, 0, 0), (1, 1, 1))), 2)
-    off = []
+    area, off = np.bincount(patches.face, patches.area), []
     for rays in (256, 1024, 4096, 16384, 65536):
         found = [
-            count_exchange(
-                patches, np.arange(24), patches.face, visibility, table, rays, seed
+            counted_factors(
+                count_rays(patches, np.arange(24), patches.face, visibility, table, range(rays),
+                           seed), area, rays
             ).toarray() for seed in range(16)
         ]  # fmt: skip
         off.append(np.sqrt(np.mean((np.array(found) - exact) ** 2)))

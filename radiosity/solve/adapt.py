@@ -10,7 +10,7 @@ from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.mesh.patches import divisions
 from radiosity.scene.model import Scene
 from radiosity.solve.clustered import Clustered, coarser, solve_clusters
-from radiosity.solve.estimate import HALVED, REFINED, Check, Estimate, compare
+from radiosity.solve.estimate import COARSER, HALVED, REFINED, Check, Estimate, compare
 from radiosity.solve.level import Level, solve_level
 from radiosity.solve.methods import Watch
 from radiosity.solve.plan import (
@@ -101,7 +101,7 @@ def refined_clusters(
     clusters, recipe, clock = plan.clusters, plan.recipe, Clock(plan.seconds)
     for _ in range(ROUNDS):
         level = solve_clusters(scene, reach, recipe, clusters, progress)
-        check = Check(coarser(level, clusters // 4), HALVED)
+        check = Check(coarser(level, clusters // 4), COARSER)
         estimate = compare(level, check)
         clusters, recipe = 2 * clusters, replace(recipe, counted=MORE_RAYS * recipe.counted)
         if estimate.reached <= plan.accuracy or clusters > MOST_CLUSTERS:

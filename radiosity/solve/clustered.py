@@ -6,7 +6,7 @@ their patches: F = Push L Pull, with L between clusters, Pull the mean over a cl
 same irradiance for all of its patches.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,7 +21,7 @@ from radiosity.solve.surroundings import surroundings_of
 from radiosity.solve.system import Terms, area_lights, make_terms
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.closure import repaired
-from radiosity.transport.counting import count_exchange
+from radiosity.transport.counting import count_rays, counted_factors
 from radiosity.transport.irradiance import (
     AreaLights,
     Surroundings,
@@ -33,6 +33,7 @@ from radiosity.transport.threads import Progress, over_ranges, silent
 
 LIGHT_RAYS = 16  # to each lamp from the middle of a patch
 CHUNK = 4096
+RAYS = 64, 1 << 16  # from a cluster, the fewest and the most
 POINTS_AT_ONCE = 65536
 GATHER = 3.0  # standard errors of half the difference of two halves of the rays
 
@@ -53,6 +54,8 @@ class Clustered:
         Radiosity and irradiance of the live patches, W/m2.
     outside : (m,) float64
         Factors of the live patches' clusters to the outside.
+    half : FormFactors, optional
+        Between clusters, not closed, by half of the rays.
     """
 
     scene: Scene
@@ -68,6 +71,7 @@ class Clustered:
     outside: np.ndarray
     history: list
     solver: str
+    half: FormFactors | None = None
 
     @property
     def rows(self) -> np.ndarray:
@@ -130,15 +134,21 @@ def solve_clusters(
     kind = scene.faces.material[patches.face[rows]]
     labels = make_clusters(patches, rows, kind, clusters)
     straight = _straight(reach, rows, lights, recipe.seed, progress)
-    rays = int(np.clip(recipe.counted // max(1, labels.max(initial=0) + 1), 64, 1 << 16))
-    factors = repaired(count_exchange(
-        patches, rows, labels, reach.visibility, reach.table, rays, recipe.seed, progress
-    ))  # fmt: skip
-    return solved(scene, reach, recipe, terms, lights, labels, factors, straight)
+    n = labels.max(initial=-1) + 1
+    half = int(np.clip(recipe.counted // max(1, n), *RAYS)) // 2
+    area = np.bincount(labels, patches.area[rows], n)
+    one, two = (
+        count_rays(patches, rows, labels, reach.visibility, reach.table, some, recipe.seed,
+                   progress)
+        for some in (range(half), range(half, 2 * half))
+    )  # fmt: skip
+    factors = repaired(counted_factors(one + two, area, 2 * half))
+    made = solved(scene, reach, recipe, terms, lights, labels, factors, straight)
+    return replace(made, half=counted_factors(one, area, half))
 
 
 def coarser(level: Clustered, clusters: int) -> Clustered:
-    """Return the same with fewer clusters, their factors pooled."""
+    """Return the same with fewer clusters and half of the rays that counted their factors."""
     patches, rows = level.reach.patches, level.rows
     kind = level.scene.faces.material[patches.face[rows]]
     labels = make_clusters(patches, rows, kind, clusters)
@@ -147,7 +157,8 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     above[level.labels[::-1]] = labels[::-1]
     above = np.unique(above, return_inverse=True)[1]
     parts = level.scene, level.reach, level.recipe, level.terms, level.lights
-    return solved(*parts, above[level.labels], level.factors.grouped(above), level.straight)
+    factors = repaired(level.half.grouped(above))
+    return solved(*parts, above[level.labels], factors, level.straight)
 
 
 def _straight(reach, rows, lights, seed, progress):

@@ -12,10 +12,13 @@ import numpy as np
 
 from radiosity.light.photometry import luminance
 from radiosity.solve.level import Level
+from radiosity.transport.arrival import Arrival
 from radiosity.transport.polygon import first_half, place_evenly
 from radiosity.transport.sampling import hashed, sobol
 
-HALVED, REFINED = 0.36, 1.0
+# Of the difference: to halved cells, to linear elements, to a quarter of the clusters and half of
+# the rays, whose noise is as large as that of the difference.
+HALVED, REFINED, COARSER = 0.36, 1.0, 0.5
 QUANTILE, DIM = 0.95, 0.1
 SCATTER = 1.25  # of the rms difference, what bars have at least: two levels may agree by chance
 LEAST, MOST = 256, 2000  # points at which levels are compared
@@ -90,8 +93,9 @@ def compare(level: Level, check: Check) -> Estimate:
     y = luminance(here.total)
     scale = float(np.average(y, weights=area)) if len(area) else 0.0
     error = check.share * (here.total - there.total)
-    noise = 2.0 * np.sqrt(here.error**2 + there.error**2)
-    relative = np.abs(luminance(error)) / np.maximum(np.maximum(y, DIM * scale), 1e-300)
+    noise = noise_of(here, there, check.share)
+    off = np.hypot(luminance(error), luminance(here.error))
+    relative = off / np.maximum(np.maximum(y, DIM * scale), 1e-300)
     relative = np.where(y > 0.0, relative, 0.0)
     rms = float(np.sqrt(np.average(np.minimum(relative, 1.0) ** 2, weights=area))) if scale else 0.0
     reached = _quantile(relative, area) if scale else 0.0
@@ -101,6 +105,11 @@ def compare(level: Level, check: Check) -> Estimate:
     total = np.zeros((len(patch), bars.shape[1]))
     np.add.at(total, which, bars**2 / np.bincount(which)[which, None])
     return replace(made, points=patch, found=np.sqrt(total))
+
+
+def noise_of(here: Arrival, there: Arrival, share: float) -> np.ndarray:
+    """Return two standard errors of what rays told of a solution, and of its check's ``share``."""
+    return 2.0 * np.hypot(here.error, share * there.error)
 
 
 def _chosen(area):

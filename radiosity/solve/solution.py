@@ -9,7 +9,7 @@ import numpy as np
 from radiosity.light.photometry import illuminance
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Scene
-from radiosity.solve.estimate import Check, Estimate
+from radiosity.solve.estimate import Check, Estimate, noise_of
 from radiosity.solve.level import Level
 from radiosity.solve.plan import Plan
 from radiosity.transport.irradiance import Surroundings
@@ -164,9 +164,9 @@ class Solution:
         check, estimate = self._judgement
         here = self.level.gathered(points, normals, progress)
         there = check.level.gathered(points, normals)
-        noise = np.sqrt(here.error**2 + there.error**2)
         difference = check.share * (here.total - there.total)
-        return here.total, estimate.bars(here.total, difference) + 2.0 * noise
+        noise = noise_of(here, there, check.share)
+        return here.total, estimate.bars(here.total, difference) + noise
 
     @property
     def illuminance(self) -> np.ndarray:

@@ -22,34 +22,35 @@ AT_ONCE = 1 << 16  # rays
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _aim(first, stop, start, share, vertices, normals, rays, seed, centre, scale, lift, o, d):
-    """Write the rays of clusters first to stop - 1; see `count_exchange`."""
+def _aim(
+    first, stop, start, share, vertices, normals, begin, rays, seed, centre, scale, lift, o, d
+):  # fmt: skip
+    """Write the rays of clusters first to stop - 1, from number ``begin`` on; see `count_rays`."""
     vertices, normals = borrowed((vertices, normals))
     x, way = np.empty(3), np.empty(3)
     for g in range(first, stop):
         place, turn = hashed(g, PLACE, seed), hashed(g, PLACE + 1, seed)
         for k in range(rays):
             r = (g - first) * rays + k
-            s, t = sobol(k, 0, place), sobol(k, 1, place >> np.uint64(32))
+            s, t = sobol(begin + k, 0, place), sobol(begin + k, 1, place >> np.uint64(32))
             j = start[g] + np.searchsorted(share[start[g] : start[g + 1] - 1], s, "right")
             low = share[j - 1] if j > start[g] else 0.0
             s = min(0.999999, (s - low) / max(share[j] - low, 1e-300))
             place_evenly(vertices[j], first_half(vertices[j]), s, t, x)
-            u, v = sobol(k, 2, turn), sobol(k, 3, turn >> np.uint64(32))
+            u, v = sobol(begin + k, 2, turn), sobol(begin + k, 3, turn >> np.uint64(32))
             cosine_direction(u, v, normals[j], way)
             for c in range(3):
                 o[r, c] = (x[c] - centre[c]) * scale + lift * normals[j, c]
                 d[r, c] = way[c]
 
 
-def count_exchange(
+def count_rays(
     patches: Patches, rows: np.ndarray, labels: np.ndarray, visibility: Visibility, table: Table,
-    rays: int, seed: int = 0, progress: Progress = silent,
-) -> FormFactors:  # fmt: skip
-    """Return the form factors between clusters, not closed.
+    samples: range, seed: int = 0, progress: Progress = silent,
+) -> np.ndarray:  # fmt: skip
+    """Return (n, n + 2) int32: how many rays from each cluster meet each one.
 
-    Both ends of a pair count: of rays a from cluster i and b from j that meet the other one, with
-    the exposures w = rays / area, A_i F_ij = (a + b)/(w_i + w_j).
+    The last two columns count those that meet surfaces without a cluster, and the outside.
 
     Parameters
     ----------
@@ -57,9 +58,11 @@ def count_exchange(
         Patches that exchange light.
     labels : (m,) int
         The cluster of each.
-    rays : int
-        From every cluster.
+    samples : range
+        Which points of the sequence to use for the rays from every cluster, so that counts can be
+        added up.
     """
+    rays = len(samples)
     n = int(labels.max(initial=-1)) + 1
     order = np.argsort(labels, kind="stable")
     area, start = patches.area[rows][order], np.searchsorted(labels[order], np.arange(n + 1))
@@ -68,12 +71,12 @@ def count_exchange(
     share /= whole[labels[order]]
     of_side = _cluster_of_sides(patches, rows, labels)
     vertices, normals = patches.vertices[rows][order], patches.normal[rows][order]
-    met = np.zeros((n, n + 2), np.int32)  # the last two: surfaces without a cluster, the outside
+    met = np.zeros((n, n + 2), np.int32)
 
     def work(a, b):
         o = np.empty(((b - a) * rays, 3), np.float32)
         d = np.empty_like(o)
-        _aim(a, b, start, share, vertices, normals, rays, seed, visibility.centre,
+        _aim(a, b, start, share, vertices, normals, samples.start, rays, seed, visibility.centre,
              visibility.scale, LIFT, o, d)  # fmt: skip
         sides, _ = meet(visibility, table, o, d)
         where = np.where(sides == MISS, n + 1, of_side[sides])
@@ -81,7 +84,7 @@ def count_exchange(
         met[a:b] = np.bincount(own + where, minlength=(b - a) * (n + 2)).reshape(b - a, n + 2)
 
     over_ranges(work, n, max(1, AT_ONCE // rays), "form factors", progress)
-    return _factors(met, whole, rays)
+    return met
 
 
 def _cluster_of_sides(patches, rows, labels):
@@ -92,8 +95,19 @@ def _cluster_of_sides(patches, rows, labels):
     return cluster[sides.ravel()]  # the place -1 of what has no back holds no cluster
 
 
-def _factors(met, area, rays) -> FormFactors:
-    """Return the factors of counts (n, n + 2) of rays from clusters."""
+def counted_factors(met: np.ndarray, area: np.ndarray, rays: int) -> FormFactors:
+    """Return the form factors between clusters of areas (n,), not closed, from what rays met.
+
+    Both ends of a pair count: of rays a from cluster i and b from j that meet the other one, with
+    the exposures w = rays / area, A_i F_ij = (a + b)/(w_i + w_j).
+
+    Parameters
+    ----------
+    met : (n, n + 2) int
+        Of `count_rays`.
+    rays : int
+        From every cluster.
+    """
     n = len(area)
     weight = rays / area
     both = met[:, :n] + met[:, :n].T
