@@ -55,7 +55,7 @@ def main():
         "| picture s | picture error |"
     )
     print("|---|---|---|---|---|---|---|---|")
-    for accuracy in (0.1, 0.05, 0.02, 0.01):
+    for accuracy in (0.1, 0.05, 0.02, 0.01, 0.003):
         solution, solve_s = timed(lambda a=accuracy: radiosity.solve(scene, a))
         errors, probe_s = timed(lambda s=solution: point_errors(s))
         image, render_s = timed(lambda s=solution: radiosity.render(s, size=(256, 256)))

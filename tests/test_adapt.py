@@ -163,3 +163,19 @@ def test_vertices_that_are_no_numbers_are_refused():
     with pytest.raises(ValueError, match=r"face 2 has the vertices .*nan.* must be finite"):
         solve(scene(room), 0.1)
     assert plan.MOST_LINEAR > 1000
+
+
+def test_a_goal_asks_for_its_points_only():
+    """One easy point on the sunny side: fewer patches than all surfaces take, and as right."""
+    model = SCENES["door"]()
+    goal = np.array([[0.7, 2.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    whole, aimed = solve(model, 0.003), solve(model, 0.003, goal=goal)
+    exact = whole.irradiance(*goal)[0][0] @ LUMINANCE
+    assert len(aimed.level.rows) < len(whole.level.rows)
+    assert aimed.irradiance(*goal)[0][0] @ LUMINANCE == pytest.approx(exact, rel=0.01)
+    assert aimed.estimate.reached <= 0.003
+
+
+def test_the_parts_of_the_error_make_it_up():
+    found = solve(furnished(), 0.02).estimate
+    assert found.kernel < found.mesh <= found.reached <= found.mesh + found.kernel

@@ -1,7 +1,9 @@
 """The command line as a user meets it: results, messages and exit codes, in a real process."""
 
 import csv
+import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -39,7 +41,9 @@ def refused(process, *words, code=2):
 def test_help_names_every_verb():
     process = radiosity("--help")
     assert process.returncode == 0
-    for verb in ("view", "solve", "render", "probe", "formfactors", "info", "verify"):
+    for verb in (
+        "view", "solve", "render", "probe", "plan", "tradeoff", "formfactors", "info", "verify",
+    ):  # fmt: skip
         assert verb in process.stdout
 
 
@@ -133,6 +137,50 @@ def test_verify_reports_every_case_within_its_bound():
         assert case in process.stdout
 
 
+def test_plan_says_what_is_required_in_words_and_as_json():
+    out = radiosity("plan", BOX).stdout
+    for line in ("visibility    nothing", "environment   nothing", "elements      linear", "time"):
+        assert line in out
+    found = json.loads(radiosity("plan", CORNELL, "--json").stdout)
+    models = {r["name"]: r["model"] for r in found["requirements"]}
+    assert models["visibility"] == "exact shadows" and models["environment"] == "black"
+    assert found["patches"] > 100 and found["seconds"] > 0 and found["memory_bytes"] > 1e8
+
+
+def test_solve_says_what_it_reached():
+    out = radiosity("solve", BOX, "--accuracy", "0.1").stdout
+    assert re.search(r"error +asked 10 %, estimated [0-9.]+ %\n", out)
+    out = radiosity("solve", BOX, "--mesh", "2").stdout
+    assert "asked 2 %, estimated" in out and "on the mesh of 24 patches asked for" in out
+    out = radiosity("solve", BOX, "--time", "1s").stdout
+    assert "asked for 1 s, estimated" in out
+
+
+def test_what_cannot_be_reached_ends_with_exit_code_1(tmp_path):
+    """Memory for some six hundred patches: what was reached is said, and saved."""
+    out = tmp_path / "box.csv"
+    args = "--accuracy", "0.003", "--memory", "40MB", "-o", str(out)
+    process = radiosity("solve", CORNELL, *args)
+    assert process.returncode == 1, process.stderr
+    assert "reached an estimated error of" in process.stderr
+    assert "allow more with --memory" in process.stderr
+    assert out.exists()
+
+
+def test_tradeoff_writes_a_table_and_a_plot(tmp_path):
+    process = radiosity("tradeoff", BOX, "--accuracy", "0.1", cwd=tmp_path)
+    assert process.returncode == 0, process.stderr
+    rows = process.stdout.splitlines()
+    for way in ("linear", "constant", "clusters", "cg, order 0", "everything forced"):
+        assert any(r.startswith(way) for r in rows)
+    assert (tmp_path / "box6_tradeoff.png").stat().st_size > 5000
+    args = "--accuracy", "0.1", "--json", "-o", "t.svg"
+    found = json.loads(radiosity("tradeoff", BOX, *args, cwd=tmp_path).stdout)
+    best = found["trials"][0]
+    assert best["way"] == "linear" and best["error"] < 0.1 and best["estimated"] < 0.1
+    assert (tmp_path / "t.svg").read_text().startswith("<?xml")
+
+
 def test_threads_change_nothing():
     one, two = (radiosity("probe", CORNELL, POINTS, "--accuracy", "0.2", "--threads", n).stdout
                 for n in "12")  # fmt: skip
@@ -148,6 +196,13 @@ def test_threads_change_nothing():
         (["solve", CORNELL, "--accuracy", "nan"], ["accuracy = nan"]),
         (["solve", CORNELL, "--accuracy", "two"], ["'two'"]),
         (["solve", CORNELL, "--mesh", "0"], ["mesh = '0'", "1 to 1024"]),
+        (["solve", CORNELL, "--order", "2"], ["order = 2", "0 (constant) or 1 (linear"]),
+        (["solve", CORNELL, "--time", "soon"], ["--time 'soon'", "10s or 2min"]),
+        (["solve", CORNELL, "--time", "1s", "--mesh", "4"], ["mesh = '4'", "use auto"]),
+        (["solve", CORNELL, "--solver", "cg", "--order", "1"], ["'cg'", "use order 0, or gmres"]),
+        (["plan", CORNELL, "--accuracy", "0"], ["accuracy = 0", "[0.0001, 1)"]),
+        (["tradeoff", CORNELL, "--accuracy", "0.5"], ["--accuracy 0.5", "[0.001, 0.1]"]),
+        (["tradeoff", CORNELL, "-o", "plot.txt"], ["plot.txt", ".png, .pdf or .svg"]),
         (["solve", CORNELL, "--mesh", "fine"], ["mesh = 'fine'", "auto, input"]),
         (["solve", CORNELL, "--solver", "magic"], ["'magic'", "gauss-seidel"]),
         (["solve", CORNELL, "--memory", "lots"], ["--memory 'lots'", "4GB"]),

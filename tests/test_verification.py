@@ -5,7 +5,7 @@ import pytest
 
 from radiosity.analytic import load_cases
 from radiosity.mesh.faces import Faces
-from radiosity.solve import cases, curved
+from radiosity.solve import cases, curved, limits
 from radiosity.solve.verification import run_suites
 
 FILES = {
@@ -20,6 +20,25 @@ def test_every_case_is_computed(suite):
     for case in load_cases(FILES[suite]):
         if case["geometry"]["type"] != "furnace":  # among the rooms
             assert any(name.startswith(case["id"]) for name in checks), case["id"]
+
+
+def test_the_limits_are_kept():
+    """Reflectances of 1 - 1e-9, lamps 1e12 apart, gaps and slivers of 1e-6, faulty meshes."""
+    checks = list(run_suites(["limits"]))
+    assert len(checks) >= 24 and all(c.passed for c in checks)
+    names = " ".join(c.case for c in checks)
+    for said in ("1e-09, differences", "1e+12", "no size", "one patch", "all black", "cross"):
+        assert said in names
+
+
+def test_an_error_at_the_limits_is_seen(monkeypatch):
+    """A relative error of 2e-6 in what is expected, and 1 - rho found by subtraction."""
+    exact, room = limits.box_of_one_lamp, limits.room_of
+    monkeypatch.setattr(limits, "box_of_one_lamp", lambda a: [x * (1 + 2e-6) for x in exact(a)])
+    monkeypatch.setattr(limits, "room_of", lambda *a: room(*a[:3]))
+    found = {c.case: c for c in run_suites(["limits"])}
+    assert not found["lamp 1 - rho = 1e-06"].passed
+    assert found["furnace 1 - rho = 1e-09, mesh 1"].error > 1e-9
 
 
 def test_a_wrong_factor_is_seen(monkeypatch):

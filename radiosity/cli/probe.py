@@ -44,7 +44,8 @@ def probe(
     model = load_scene(scene, mesh, ambient, quiet)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
-        solution = solve_scene(model, asked, progress)
+        goal = where[:, :3], where[:, 3:]
+        solution = solve_scene(model, asked, progress, goal=goal)
         irradiance, error = solution.irradiance(where[:, :3], where[:, 3:], progress)
     text = table(where, irradiance, error)
     remark(reached_line(solution), quiet)

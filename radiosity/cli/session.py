@@ -43,7 +43,7 @@ class Asked:
     quiet: bool
 
 
-def solve_scene(scene, asked: Asked, progress, factors=None):
+def solve_scene(scene, asked: Asked, progress, factors=None, goal=None):
     """Solve a scene and remark on the result in two lines."""
     import time
 
@@ -55,6 +55,7 @@ def solve_scene(scene, asked: Asked, progress, factors=None):
         scene, asked.accuracy, mesh=asked.mesh, order=asked.order, solver=asked.solver,
         force=asked.force, seconds=parse_time(asked.time), seed=asked.seed,
         memory=parse_memory(asked.memory), progress=progress, factors=factors,
+        goal=goal,
     )  # fmt: skip
     seconds = time.perf_counter() - begun
     if solution.solver != asked.solver:
@@ -77,6 +78,19 @@ def reached_line(solution) -> str:
         return f"asked for {plan.seconds:g} s, estimated {_percent(solution.estimate.reached)}"
     mesh = "" if plan.adapts else f" on the mesh of {len(solution.patches)} patches asked for"
     return f"asked {_percent(plan.accuracy)}, estimated {_percent(solution.estimate.reached)}{mesh}"
+
+
+def budget_line(solution) -> str:
+    """Return what the error is made of, and what halving it would cost."""
+    from radiosity.solve.requirements import HALVING
+
+    found = solution.estimate
+    parts = {"mesh": found.mesh, "factors": found.kernel, "solver": solution.history[-1]}
+    most = max(parts, key=parts.get)
+    listed = ", ".join(f"{name} {_percent(x)}" for name, x in parts.items())
+    if most != "mesh":
+        return f"of it: {listed}"
+    return f"of it: {listed}; half the error takes about {HALVING:.0f} times as long"
 
 
 def _percent(share: float) -> str:

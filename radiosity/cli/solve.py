@@ -6,7 +6,7 @@ import typer
 
 from radiosity.cli import options as o
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, judge, load_scene, reached_line, solve_scene
+from radiosity.cli.session import Asked, budget_line, judge, load_scene, reached_line, solve_scene
 
 
 def solve(
@@ -91,4 +91,5 @@ def summary(solution) -> str:
         rows.append(f"  {name:10}{values}")
     rows.append(f"  balanced within {balance.defect:.1e} of the power emitted")
     rows.append(f"error         {reached_line(solution)}")
+    rows.append(f"  {budget_line(solution)}")
     return "\n".join(rows)

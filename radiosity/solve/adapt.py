@@ -10,7 +10,7 @@ from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.mesh.patches import divisions
 from radiosity.scene.model import Scene
 from radiosity.solve.clustered import Clustered, coarser, solve_clusters
-from radiosity.solve.estimate import COARSER, HALVED, REFINED, Check, Estimate, compare
+from radiosity.solve.estimate import COARSER, HALVED, REFINED, Check, Estimate, Goal, compare
 from radiosity.solve.level import Level, solve_level
 from radiosity.solve.methods import Watch
 from radiosity.solve.plan import (
@@ -35,20 +35,20 @@ SURE, MORE_RAYS = 0.8, 4  # share of a time that is planned with; rays in a roun
 
 def refined(
     scene: Scene, plan: Plan, memory: float | None, watch: Watch | None = None,
-    progress: Progress = silent,
+    progress: Progress = silent, goal: Goal | None = None,
 ) -> tuple[Level, Check, Estimate]:  # fmt: skip
     """Solve on finer and finer meshes until the estimate meets the plan's accuracy.
 
-    Each round solves the mesh and one of cells twice as large, whose difference tells the error.
-    Ends early where the next mesh would not fit into ``memory`` bytes: the estimate then says what
-    was reached.
+    Each round solves the mesh and one of cells twice as large, whose difference tells the error. Of
+    a ``goal`` only the errors at its points count. Ends early where the next mesh would not fit
+    into ``memory`` bytes: the estimate then says what was reached.
     """
     size, clock = _fitting(scene, cell_size(scene, plan.shape), memory), Clock(plan.seconds)
     for _ in range(ROUNDS):
         coarse = coarse_shape(scene, size)
         level = solve_level(scene, 2 * coarse, plan.recipe, watch=watch, progress=progress)
         check = Check(solve_level(scene, coarse, plan.recipe), HALVED)
-        estimate = compare(level, check)
+        estimate = compare(level, check, goal)
         if estimate.reached <= plan.accuracy:
             break
         ratio = np.sqrt(estimate.reached / (AIM * plan.accuracy))
@@ -89,8 +89,9 @@ class Clock:
 
 
 def refined_clusters(
-    scene: Scene, plan: Plan, memory: float | None, progress: Progress = silent
-) -> tuple[Clustered, Check, Estimate]:
+    scene: Scene, plan: Plan, memory: float | None, progress: Progress = silent,
+    goal: Goal | None = None,
+) -> tuple[Clustered, Check, Estimate]:  # fmt: skip
     """Solve with more and more clusters and rays until the estimate meets the plan's accuracy.
 
     Each round is compared with itself on a quarter as many clusters.
@@ -102,7 +103,7 @@ def refined_clusters(
     for _ in range(ROUNDS):
         level = solve_clusters(scene, reach, recipe, clusters, progress)
         check = Check(coarser(level, clusters // 4), COARSER)
-        estimate = compare(level, check)
+        estimate = compare(level, check, goal)
         clusters, recipe = 2 * clusters, replace(recipe, counted=MORE_RAYS * recipe.counted)
         if estimate.reached <= plan.accuracy or clusters > MOST_CLUSTERS:
             break

@@ -52,6 +52,8 @@ class Estimate:
         Relative error (norm of the accuracy) that every bar has at least.
     scale : float
         Mean irradiance in W/m2 (luminance-weighted); errors are relative to a tenth of it at least.
+    mesh, kernel : float
+        The part of it that the mesh, and the part that far factors and rays are estimated to cause.
     points : (k,) int
         Live patches at points of which the levels were compared.
     found : (k, 3) float64
@@ -61,6 +63,8 @@ class Estimate:
     reached: float
     scatter: float
     scale: float
+    mesh: float
+    kernel: float
     points: np.ndarray
     found: np.ndarray
 
@@ -83,27 +87,48 @@ class Estimate:
         return DIM * np.broadcast_to(y[:, None], e.shape)
 
 
-def compare(level: Level, check: Check) -> Estimate:
-    """Return the estimated error of a level, from points on its patches."""
+@dataclass(frozen=True)
+class Goal:
+    """The points that an answer is asked for, (k, 3), and their unit normals."""
+
+    points: np.ndarray
+    normals: np.ndarray
+
+
+def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
+    """Return the estimated error of a level (E15), from points on its patches.
+
+    Of a ``goal`` only the errors at its points count for what was reached.
+    """
     patches, rows = level.reach.patches, level.rows
     chosen, area = _chosen(patches.area[rows])
     points = _one_a_patch(patches.vertices[rows[chosen]], rows[chosen])
-    normals = patches.normal[rows[chosen]]
+    normals, many = patches.normal[rows[chosen]], len(chosen)
+    if goal is not None:
+        points = np.concatenate([points, goal.points])
+        normals = np.concatenate([normals, goal.normals])
     here, there = level.gathered(points, normals), check.level.gathered(points, normals)
     y = luminance(here.total)
-    scale = float(np.average(y, weights=area)) if len(area) else 0.0
+    scale = float(np.average(y[:many], weights=area)) if many else 0.0
     error = check.share * (here.total - there.total)
-    noise = noise_of(here, there, check.share)
     off = np.hypot(luminance(error), luminance(here.error))
     relative = off / np.maximum(np.maximum(y, DIM * scale), 1e-300)
-    relative = np.where(y > 0.0, relative, 0.0)
-    rms = float(np.sqrt(np.average(np.minimum(relative, 1.0) ** 2, weights=area))) if scale else 0.0
-    reached = _quantile(relative, area) if scale else 0.0
-    made = Estimate(reached, SCATTER * min(rms, reached), scale, chosen, error)
-    bars = made.bars(here.total, error) + noise
+    relative = np.where(y > 0.0, relative, 0.0) if scale else 0.0 * y
+    square = np.minimum(relative[:many], 1.0) ** 2
+    rms = float(np.sqrt(np.average(square, weights=area))) if many else 0.0
+    reached = _quantile(relative[:many], area) if many else 0.0
+    parts = [
+        _quantile(np.abs(luminance(x))[:many] / np.maximum(y, DIM * scale)[:many], area)
+        if many and scale else 0.0 for x in (error, here.error)
+    ]  # fmt: skip
+    scatter = SCATTER * min(rms, reached)
+    made = Estimate(reached, scatter, scale, *parts, chosen, error[:many])
+    bars = made.bars(here.total, error)[:many] + noise_of(here, there, check.share)[:many]
     patch, which = np.unique(chosen, return_inverse=True)
     total = np.zeros((len(patch), bars.shape[1]))
     np.add.at(total, which, bars**2 / np.bincount(which)[which, None])
+    if goal is not None:
+        made = replace(made, reached=_quantile(relative[many:], np.ones(len(goal.points))))
     return replace(made, points=patch, found=np.sqrt(total))
 
 

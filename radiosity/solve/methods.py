@@ -198,7 +198,7 @@ def gmres(system: System, tolerance: float, watch: Watch | None = None):
 
 
 def cg(system: System, tolerance: float, watch: Watch | None = None):
-    """Conjugate gradients on the symmetric form, a band at a time (Neumann & Tobler 1994).
+    """Conjugate gradients on the symmetric form, a band at a time (E16).
 
     With S = A^1/2 F A^-1/2, symmetric by reciprocity: (I - rho^1/2 S rho^1/2) z = rho^1/2 S A^1/2
     M_e and B = M_e + rho^1/2 A^-1/2 z, which is right where rho = 0 too.

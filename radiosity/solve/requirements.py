@@ -21,6 +21,7 @@ TRIED = 0.1  # accuracy of the try
 # power PAIRS; all rounds of refinement and their checks cost ROUNDS times the last mesh, and STARTS
 # times what a coarse one does.
 GROWTH, PAIRS, ROUNDS, STARTS = 0.9, 1.8, 1.2, 4.0
+HALVING = 2.0 ** (GROWTH * PAIRS)  # times as long for half the error
 BASE = 1.85e8  # bytes of the program itself
 # Seconds of scenes of many faces: for each face, each counted ray, each squared cluster.
 A_FACE, A_RAY, A_PAIR = 8e-5, 2.5e-7, 4e-7

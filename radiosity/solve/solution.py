@@ -160,7 +160,7 @@ class Solution:
         ValueError
             Arrays of another shape, numbers that are not finite, normals of length 0.
         """
-        points, normals = _checked(points, normals)
+        points, normals = checked_points(points, normals)
         check, estimate = self._judgement
         here = self.level.gathered(points, normals, progress)
         there = check.level.gathered(points, normals)
@@ -200,7 +200,14 @@ def _named(scene, faces, face, name):
     return np.array([g == name for g in scene.groups])[faces.group[face]]
 
 
-def _checked(points, normals):
+def checked_points(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (k, 3) and normals of length 1.
+
+    Raises
+    ------
+    ValueError
+        Arrays of another shape, numbers that are not finite, normals of length 0.
+    """
     points = np.ascontiguousarray(points, dtype=np.float64)
     normals = np.ascontiguousarray(normals, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or points.shape != normals.shape:

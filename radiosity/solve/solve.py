@@ -1,12 +1,14 @@
 """From a scene to its solution: the mesh that the accuracy asks for, solved, with its error."""
 
+import numpy as np
+
 from radiosity.scene.model import Scene
 from radiosity.solve.adapt import check_of, refined, refined_clusters
-from radiosity.solve.estimate import compare
+from radiosity.solve.estimate import Goal, compare
 from radiosity.solve.level import solve_level
 from radiosity.solve.methods import NotConverged, Watch
 from radiosity.solve.plan import check_memory, make_plan
-from radiosity.solve.solution import Solution
+from radiosity.solve.solution import Solution, checked_points
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
 
@@ -25,6 +27,7 @@ def solve(
     progress: Progress = silent,
     factors: FormFactors | None = None,
     watch: Watch | None = None,
+    goal: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Solution:
     """Solve B = M_e + rho F B for a scene (E7).
 
@@ -57,8 +60,10 @@ def solve(
         Those between this scene's patches, as `radiosity.solve.assembly.scene_factors` makes and
         `radiosity.transport.store.load_factors` reads them; computed anew if not given. Order 0.
     watch : callable, optional
-        Called with the radiosities (n, 3) of every iterate, of ``southwell`` with their ambient
-        correction.
+        Called with the coefficients of the radiosities at every iterate, of ``southwell`` with
+        their ambient correction.
+    goal : (points, normals), optional
+        Refine until the error at these points (k, 3) meets the accuracy, wherever else it does.
 
     Raises
     ------
@@ -81,12 +86,13 @@ def solve(
         scene, accuracy, mesh, order=order, solver=solver, seed=seed, force=force, seconds=seconds
     )
     check_memory(plan.clusters or plan.cells, memory, plan.recipe.order)
+    aim = None if goal is None else Goal(*checked_points(*goal))
     if plan.adapts:
         if plan.clusters:
-            level, check, estimate = refined_clusters(scene, plan, memory, progress)
+            found = refined_clusters(scene, plan, memory, progress, aim)
         else:
-            level, check, estimate = refined(scene, plan, memory, watch, progress)
-        return _judged(Solution(scene, plan, level, lambda: (check, estimate)))
+            found = refined(scene, plan, memory, watch, progress, aim)
+        return _judged(Solution(scene, plan, found[0], lambda: found[1:]))
     level = solve_level(
         scene, plan.shape, plan.recipe, factors=factors, watch=watch, progress=progress,
         memory=memory,
@@ -94,7 +100,7 @@ def solve(
 
     def judge():
         check = check_of(level, plan)
-        return check, compare(level, check)
+        return check, compare(level, check, aim)
 
     return _judged(Solution(scene, plan, level, judge))
 

@@ -99,7 +99,7 @@ def counted_factors(met: np.ndarray, area: np.ndarray, rays: int) -> FormFactors
     """Return the form factors between clusters of areas (n,), not closed, from what rays met.
 
     Both ends of a pair count: of rays a from cluster i and b from j that meet the other one, with
-    the exposures w = rays / area, A_i F_ij = (a + b)/(w_i + w_j).
+    the exposures w = rays / area, A_i F_ij = (a + b)/(w_i + w_j) (E14).
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ class LinearFactors(LinearOperator):
 def linear_factors(
     senders: Senders, area: np.ndarray, seed: int = 0, progress: Progress = silent
 ) -> LinearFactors:
-    """Assemble the factors between elements of order 1 on patches of areas (n,) (E8)."""
+    """Assemble the factors between elements of order 1 on patches of areas (n,) (E13)."""
     elements = senders.elements
     n, nodes = len(elements), make_nodes(elements)
     matrix, seen = np.empty((3, n, 3 * n)), np.empty(len(nodes.points))

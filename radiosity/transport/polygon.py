@@ -62,7 +62,7 @@ def point_factor(px, py, pz, nx, ny, nz, polygon):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_moment(x, n, polygon, facing, moment):
-    """Add the first moment of a polygon's kernel to moment (3,): int K (y - x - h m) dA.
+    """Add the first moment of a polygon's kernel to moment (3,): int K (y - x - h m) dA (E12).
 
     K = cos cos'/(pi r^2) is the kernel of E2, m = -``facing`` points at the plane of the polygon,
     at the distance h. The moment lies in that plane. With w = y - x - h m, t = n - (n.m) m and

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from radiosity.light.photometry import illuminance
 from radiosity.solve.solution import Solution
 from radiosity.transport.files import written_whole
 from radiosity.view.polydata import SIDES, shown_patches, to_pyvista
@@ -15,7 +16,7 @@ COLUMNS = (
     *("emission_r_W_m2", "emission_g_W_m2", "emission_b_W_m2"),
     *("irradiance_r_W_m2", "irradiance_g_W_m2", "irradiance_b_W_m2"),
     *("radiosity_r_W_m2", "radiosity_g_W_m2", "radiosity_b_W_m2"),
-    "illuminance_lx",
+    *("illuminance_lx", "error_lx"),
 )
 
 
@@ -62,8 +63,9 @@ def arrays(solution: Solution) -> dict[str, np.ndarray]:
     """Return the patches as named arrays, all rows in the same order.
 
     ``vertices`` (n, 4, 3), counter-clockwise seen from the active side, a triangle repeats its
-    last; ``normal``, ``centroid`` (n, 3); ``area_m2``, ``illuminance_lx`` (n,); ``emission``,
-    ``irradiance``, ``radiosity`` (n, 3) in W/m2, ``reflectance`` (n, 3); integers (n,) ``index``
+    last; ``normal``, ``centroid`` (n, 3); ``area_m2``, ``illuminance_lx``, ``error_lx`` (n,);
+    ``emission``, ``irradiance``, ``radiosity`` (n, 3) in W/m2, ``reflectance`` (n, 3); integers
+    (n,) ``index``
     (of the patch in the solution), ``face``, ``material``, ``group``, ``side``, the last three
     into ``material_names``, ``group_names``, ``side_names``; ``scene``, ``unit``, ``unit_m``.
     """
@@ -84,6 +86,7 @@ def arrays(solution: Solution) -> dict[str, np.ndarray]:
         "irradiance": solution.irradiance_on[shown],
         "radiosity": solution.radiosity[shown],
         "illuminance_lx": solution.illuminance[shown],
+        "error_lx": illuminance(solution.error[shown]),
         "material_names": np.array([m.name for m in scene.materials], dtype=np.str_),
         "group_names": np.array(scene.groups, dtype=np.str_),
         "side_names": np.array(SIDES, dtype=np.str_),
@@ -119,6 +122,7 @@ def _write_csv(solution, path):
         *a["irradiance"].T,
         *a["radiosity"].T,
         a["illuminance_lx"],
+        a["error_lx"],
     ]
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from radiosity.light.photometry import illuminance
 from radiosity.mesh.interpolation import corner_values, find_neighbours, gradients
 from radiosity.solve.solution import Solution
 
@@ -42,9 +43,9 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
     -------
     pyvista.PolyData
         ``cell_data``: ``radiosity_W_m2``, ``irradiance_W_m2``, ``reflectance`` (3 bands each),
-        ``illuminance_lx``, and the integers ``patch`` and ``face`` (indices into the solution's
-        patches and the scene's faces), ``material``, ``group`` (into the names in
-        ``field_data``) and ``side`` (0 front, 1 back). ``point_data``: ``radiosity_W_m2``,
+        ``illuminance_lx``, ``error_lx`` (estimated, of the illuminance), and the integers
+        ``patch`` and ``face`` (indices into the solution's patches and the scene's faces),
+        ``material``, ``group`` (into the names in ``field_data``) and ``side`` (0 front, 1 back). ``point_data``: ``radiosity_W_m2``,
         interpolated to the corners. ``field_data``: ``scene``, ``unit``, ``unit_m`` (metres),
         ``material_names``, ``group_names``, ``side_names``.
 
@@ -67,6 +68,7 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
     mesh.cell_data["radiosity_W_m2"] = solution.radiosity[shown]
     mesh.cell_data["irradiance_W_m2"] = solution.irradiance_on[shown]
     mesh.cell_data["illuminance_lx"] = solution.illuminance[shown]
+    mesh.cell_data["error_lx"] = illuminance(solution.error[shown])
     mesh.cell_data["reflectance"] = solution.reflectance[shown]
     mesh.cell_data["patch"] = shown
     mesh.cell_data["face"] = face
