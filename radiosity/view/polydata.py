@@ -45,9 +45,9 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
         ``cell_data``: ``radiosity_W_m2``, ``irradiance_W_m2``, ``reflectance`` (3 bands each),
         ``illuminance_lx``, ``error_lx`` (estimated, of the illuminance), and the integers
         ``patch`` and ``face`` (indices into the solution's patches and the scene's faces),
-        ``material``, ``group`` (into the names in ``field_data``) and ``side`` (0 front, 1 back). ``point_data``: ``radiosity_W_m2``,
-        interpolated to the corners. ``field_data``: ``scene``, ``unit``, ``unit_m`` (metres),
-        ``material_names``, ``group_names``, ``side_names``.
+        ``material``, ``group`` (into the names in ``field_data``) and ``side`` (0 front, 1 back).
+        ``point_data``: ``radiosity_W_m2``, interpolated to the corners. ``field_data``: ``scene``,
+        ``unit``, ``unit_m`` (metres), ``material_names``, ``group_names``, ``side_names``.
 
     Examples
     --------
