@@ -17,6 +17,7 @@ from radiosity.solve.plan import (
     MOST_CLUSTERS,
     MOST_LINEAR,
     Plan,
+    Refused,
     check_memory,
     count_cells,
     fits,
@@ -29,6 +30,7 @@ from radiosity.transport.threads import Progress, silent
 ROUNDS = 6  # of refinement
 FEW = 150  # patches, of which linear elements are as coarse as constant ones: these are halved
 AIM, FASTEST, SLOWEST = 0.8, 3.0, 1.15  # of the accuracy; factors that cells shrink by in a round
+CUT = 1.3  # patches to cells: some are cut, some have backs that are lit
 STEEP = 3.6  # power of these factors that the time of a round grows by
 SURE, MORE_RAYS = 0.8, 4  # share of a time that is planned with; rays in a round to those before
 
@@ -44,15 +46,23 @@ def refined(
     into ``memory`` bytes: the estimate then says what was reached.
     """
     size, clock = _fitting(scene, cell_size(scene, plan.shape), memory), Clock(plan.seconds)
+    level = None
     for _ in range(ROUNDS):
         coarse = coarse_shape(scene, size)
-        level = solve_level(scene, 2 * coarse, plan.recipe, watch=watch, progress=progress)
-        check = Check(solve_level(scene, coarse, plan.recipe), HALVED)
+        try:
+            level = solve_level(
+                scene, 2 * coarse, plan.recipe, watch=watch, memory=memory, progress=progress
+            )
+        except Refused:  # more cuts and backs than were expected
+            if level is None:
+                raise
+            break
+        check = Check(solve_level(scene, coarse, plan.recipe, memory=memory), HALVED)
         estimate = compare(level, check, goal)
         if estimate.reached <= plan.accuracy:
             break
         ratio = np.sqrt(estimate.reached / (AIM * plan.accuracy))
-        most = min(MOST_LINEAR, most_that_fit(1, memory)) / count_cells(2 * coarse)
+        most = min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / count_cells(2 * coarse)
         room = min(clock.room() ** (1.0 / STEEP), np.sqrt(most))
         ratio = min(float(np.clip(ratio, SLOWEST, FASTEST)), room)
         if ratio < SLOWEST:
@@ -64,7 +74,7 @@ def refined(
 def _fitting(scene, size, memory):
     """Return the size of the smallest cells, of that size or larger, whose mesh fits."""
     faces = len(scene.faces)
-    while not fits(cells := count_cells(2 * coarse_shape(scene, size)), 1, memory):
+    while not fits(CUT * (cells := count_cells(2 * coarse_shape(scene, size))), 1, memory):
         if cells <= 4 * faces:
             check_memory(cells, memory, 1)
         size *= SLOWEST
@@ -122,24 +132,26 @@ def coarse_shape(scene: Scene, size: float) -> np.ndarray:
     return divisions(scene.faces, 2.0 * size, np.rint)
 
 
-def check_of(level: Level, plan: Plan) -> Check:
+def check_of(level: Level, plan: Plan, memory: float | None = None) -> Check:
     """Return what tells the error of a level on a mesh that was given.
 
     Linear elements: the same on cells twice as large where all faces divide so, else their own
     constant parts. Constant elements: linear ones on the same patches, on halved ones where they
-    are few; where they are too many, slopes from neighbours.
+    are few; where they are too many for ``memory``, slopes from neighbours.
     """
-    shape = level.reach.patches.grid.shape
+    scene, shape, few = level.scene, level.reach.patches.grid.shape, len(level.rows) <= FEW
     if plan.recipe.order == 0:
-        if len(level.rows) > MOST_LINEAR:
+        most = min(MOST_LINEAR, most_that_fit(1, memory))
+        if len(level.reach.live) * (4 if few else 1) > most:
             return Check(smoothed(level), REFINED)
         linear = replace(plan.recipe, order=1, solver="gauss-seidel")
-        if len(level.rows) <= FEW:
-            return Check(solve_level(level.scene, 2 * shape, linear), REFINED)
-        return Check(solve_level(level.scene, shape, linear, reach=level.reach), REFINED)
+        if few:
+            return Check(solve_level(scene, 2 * shape, linear, memory=memory), REFINED)
+        reach = level.reach
+        return Check(solve_level(scene, shape, linear, reach=reach, memory=memory), REFINED)
     if np.all(shape % 2 == 0):
-        return Check(solve_level(level.scene, shape // 2, plan.recipe), HALVED)
-    flat = solve_level(level.scene, shape, plan.recipe, reach=level.reach, constant=True)
+        return Check(solve_level(scene, shape // 2, plan.recipe, memory=memory), HALVED)
+    flat = solve_level(scene, shape, plan.recipe, reach=level.reach, constant=True, memory=memory)
     return Check(flat, HALVED)
 
 

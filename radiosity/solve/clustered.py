@@ -32,6 +32,7 @@ from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, over_ranges, silent
 
 LIGHT_RAYS = 16  # to each lamp from the middle of a patch
+MOST_LIGHTS = 512  # found by chance, more lamps than these would be noise
 CHUNK = 4096
 RAYS = 64, 1 << 16  # from a cluster, the fewest and the most
 POINTS_AT_ONCE = 65536
@@ -130,7 +131,7 @@ def solve_clusters(
 ) -> Clustered:
     """Solve a mesh of many patches by so many clusters; see `solve_level` for what it raises."""
     patches, rows = reach.patches, np.flatnonzero(reach.live)
-    terms, lights = make_terms(scene, patches, reach.live), area_lights(scene)
+    terms, lights = make_terms(scene, patches, reach.live), area_lights(scene, MOST_LIGHTS)
     kind = scene.faces.material[patches.face[rows]]
     labels = make_clusters(patches, rows, kind, clusters)
     straight = _straight(reach, rows, lights, recipe.seed, progress)

@@ -73,7 +73,7 @@ class Estimate:
 
         Those that were not compared get what the others have in 95 % of their area.
         """
-        bars = self.reached * np.maximum(e, self._floor(e))
+        bars = (self.mesh + self.kernel) * np.maximum(e, self._floor(e))
         bars[self.points] = self.found
         return bars
 
@@ -112,8 +112,7 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
     scale = float(np.average(y[:many], weights=area)) if many else 0.0
     error = check.share * (here.total - there.total)
     off = np.hypot(luminance(error), luminance(here.error))
-    relative = off / np.maximum(np.maximum(y, DIM * scale), 1e-300)
-    relative = np.where(y > 0.0, relative, 0.0) if scale else 0.0 * y
+    relative = off / np.maximum(np.maximum(y, DIM * scale), 1e-300) if scale else 0.0 * y
     square = np.minimum(relative[:many], 1.0) ** 2
     rms = float(np.sqrt(np.average(square, weights=area))) if many else 0.0
     reached = _quantile(relative[:many], area) if many else 0.0

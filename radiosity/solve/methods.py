@@ -65,13 +65,14 @@ class System:
         return self.source + self.reflectance * (self.factors @ b) - b
 
     def bound(self, b: np.ndarray, residual: np.ndarray | None = None) -> float:
-        """Return the bound of the largest error in B, relative to the largest B."""
+        """Return the bound of the largest error in B of any band, relative to its largest B."""
         residual = self.residual(b) if residual is None else residual
-        worst, largest = np.abs(residual).max(initial=0.0), np.abs(b).max(initial=0.0)
-        if worst == 0.0:
+        worst, largest = (np.abs(x).max(axis=0, initial=0.0) for x in (residual, b))
+        if not np.any(worst):
             return 0.0
         margin = self.margin
-        return float(worst / (margin * largest)) if margin > 0.0 else float("inf")
+        share = worst / np.where(largest > 0.0, largest, 1.0)
+        return float(share.max() / margin) if margin > 0.0 else float("inf")
 
 
 def jacobi(system: System, tolerance: float, watch: Watch | None = None):
@@ -134,7 +135,7 @@ def southwell(system: System, tolerance: float, watch: Watch | None = None):
         for _ in range(PICTURES):
             _shoot(columns, area, rho, weight, b, unshot, -(-len(b) // PICTURES))
             if watch is not None:
-                watch(b + rho * _ambient(weight, rho, unshot))
+                watch(_with_ambient(system, b, unshot))
         history.append(system.bound(b))
         if history[-1] <= tolerance:
             return b, history
@@ -169,10 +170,13 @@ def _shoot(columns, area, rho, weight, b, unshot, shots):
                     unshot[j, k] += gain
 
 
-def _ambient(weight, rho, unshot):
-    """Return (bands,) the irradiance of unshot light spread evenly, with all its reflections."""
-    share = weight / weight.sum()
-    return share @ unshot / np.maximum(1.0 - share @ rho, 1e-12)
+def _with_ambient(system, b, unshot):
+    """Return B with the unshot light spread evenly over all patches, and all its reflections."""
+    n = len(system.factors.area)
+    share, rho = system.factors.area / system.factors.area.sum(), system.reflectance[:n]
+    shown = b.copy()
+    shown[:n] += rho * (share @ unshot[:n] / np.maximum(1.0 - share @ rho, 1e-12))
+    return shown
 
 
 def gmres(system: System, tolerance: float, watch: Watch | None = None):

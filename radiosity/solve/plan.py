@@ -154,6 +154,13 @@ def make_plan(
     if order == 0 and mesh == "auto":
         shape = _shape(faces, mesh, max(CONSTANT_AT_UNIT_ACCURACY / accuracy, FEWEST))
     rule = 0.0 if force else _rule(scene, accuracy)
+    if order == 1 and solver == "cg":
+        raise ValueError("solver = 'cg' needs reciprocal factors: use order 0, or gmres")
+    if seconds is not None and order == 0:
+        raise ValueError(
+            "a time to take needs a mesh that can be refined: leave out --order 0, --solver cg and "
+            "factors"
+        )
     recipe = Recipe(order, accuracy, rule, SOLVED * accuracy, solver, seed, force=force)
     return Plan(accuracy, shape, mesh == "auto" and order == 1, recipe, seconds=seconds)
 
@@ -201,7 +208,7 @@ def check_memory(patches: int, limit: float | None, order: int = 0) -> int:
     return check_fits(f"{patches} patches", BYTES[order] * patches**2, limit, way_out)
 
 
-def fits(patches: int, order: int, limit: float | None) -> bool:
+def fits(patches: float, order: int, limit: float | None) -> bool:
     """Whether a dense solution on so many patches would fit."""
     return patches <= most_that_fit(order, limit)
 

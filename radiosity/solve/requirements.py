@@ -66,14 +66,15 @@ def foresee(scene: Scene, plan: Plan) -> Forecast:
         return _of_clusters(scene, plan)
     if not plan.adapts:
         return _of_mesh(scene, plan)
-    tried = make_plan(scene, max(TRIED, plan.accuracy), solver=plan.recipe.solver)
+    how = {"order": 1, "solver": plan.recipe.solver, "force": plan.recipe.force}
+    tried = make_plan(scene, max(TRIED, plan.accuracy), **how)
     level, check, estimate = refined(scene, tried, None)
     once, level_time = _timed(level, check.level, tried.recipe)
     more = max(1.0, estimate.reached / plan.accuracy) ** GROWTH
     lit = len(level.rows) / count_cells(level.reach.patches.grid.shape)
     first = count_cells(2 * coarse_shape(scene, cell_size(scene, plan.shape)))
     patches = int(max(len(level.rows) * more, lit * first))
-    seconds = ROUNDS * level_time * (patches / len(level.rows)) ** PAIRS + STARTS * once
+    seconds = ROUNDS * level_time * (patches / max(1, len(level.rows))) ** PAIRS + STARTS * once
     memory = BASE + BYTES[1] * patches**2
     found = _requirements(scene, plan, level.reach, bool(level.outside.any()))
     return Forecast(plan, found, patches, seconds, memory)

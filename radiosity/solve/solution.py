@@ -214,6 +214,8 @@ def checked_points(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray,
         raise ValueError(
             f"points {points.shape} and normals {normals.shape} must both have the shape (k, 3)"
         )
+    if len(points) == 0:
+        raise ValueError("no points are given: give at least one, and its normal")
     bad = ~(np.isfinite(points).all(axis=1) & np.isfinite(normals).all(axis=1))
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     bad |= length[:, 0] == 0

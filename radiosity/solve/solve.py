@@ -12,6 +12,8 @@ from radiosity.solve.solution import Solution, checked_points
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
 
+UNBALANCED = 0.1  # share of the emitted power that no mesh, however coarse, may lose or create
+
 
 def solve(
     scene: Scene,
@@ -99,7 +101,7 @@ def solve(
     )  # fmt: skip
 
     def judge():
-        check = check_of(level, plan)
+        check = check_of(level, plan, memory)
         return check, compare(level, check, aim)
 
     return _judged(Solution(scene, plan, level, judge))
@@ -108,7 +110,8 @@ def solve(
 def _judged(solution: Solution) -> Solution:
     """Return the solution; refuse one of form factors that create light."""
     history, accuracy = solution.history, solution.plan.accuracy
-    if not history[-1] <= accuracy and not solution.balance.defect <= accuracy:
+    defect = solution.balance.defect
+    if not defect <= UNBALANCED or not (history[-1] <= accuracy or defect <= accuracy):
         name = f"{solution.solver}, on form factors that create light,"
         raise NotConverged(name, history, accuracy)
     return solution

@@ -67,11 +67,11 @@ def side_reflectance(scene: Scene) -> np.ndarray:
     return np.stack([front, front * two_sided[:, None]])
 
 
-def area_lights(scene: Scene) -> AreaLights:
-    """Return the emitting faces to sample one by one: all of them, or none where too many."""
+def area_lights(scene: Scene, most: int = MOST_LIGHTS) -> AreaLights:
+    """Return the emitting faces to sample one by one: all of them, or none where above ``most``."""
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
     which = np.flatnonzero(emits)
-    if len(which) > MOST_LIGHTS:
+    if len(which) > most:
         which = which[:0]
     exitance = np.pi * np.array([m.emission for m in scene.materials])[scene.faces.material]
     return AreaLights(scene.faces.vertices[which], scene.faces.normals()[which], exitance[which])

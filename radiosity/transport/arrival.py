@@ -23,6 +23,7 @@ PAIRS_AT_ONCE, POINTS_AT_ONCE = 1 << 18, 64
 RAYS = 64
 ROUNDING = 1e-12
 CLOSED = 0.5  # tolerances of far factors by which those of a point may miss 1
+SURE = 4.0  # standard errors of what rays told, by which the factors of a point may miss 1
 RULED = 0.5  # of their tolerances, what errors of far factors come to
 
 @dataclass(frozen=True)
@@ -46,10 +47,18 @@ class Senders:
         return max(ROUNDING, CLOSED * float(self.sight.tolerance.max(initial=0.0)))
 
 
-def close(weights: np.ndarray, seen: np.ndarray, blur: float) -> None:
-    """Scale the weights of points whose factors, ``seen`` in all, miss 1 by ``blur`` at most."""
+def close(weights: np.ndarray, n: int, doubt: np.ndarray | None, blur: float) -> np.ndarray:
+    """Scale the weights (k, width n) of points that see patches only; return what they see (k,).
+
+    That is of points whose factors miss 1 by no more than ``blur`` and, where rays told some of
+    them, SURE standard errors of all together.
+    """
+    seen = weights[:, :n].sum(axis=1)
+    if doubt is not None:
+        blur = blur + SURE * np.sqrt(np.sum(doubt**2, axis=1))
     near = np.abs(seen - 1.0) <= blur
     weights[near] /= seen[near, None]
+    return np.where(near, 1.0, seen)
 
 
 def make_senders(
@@ -150,8 +159,7 @@ def arriving(
 
     def work(a, b):
         weights, doubt = weights_of(senders, points[a:b], normals[a:b], a, lift=lift, seed=seed)
-        found.seen[a:b] = weights[:, :n].sum(axis=1)
-        close(weights, found.seen[a:b], senders.blur)
+        found.seen[a:b] = close(weights, n, doubt, senders.blur)
         found.total[a:b] = weights @ coefficients
         found.error[a:b] = RULED * (weights[:, :n] @ (inexact * np.abs(coefficients[:n])))
         if doubt is not None:

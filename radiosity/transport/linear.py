@@ -23,12 +23,10 @@ class LinearFactors(LinearOperator):
     nodes : Nodes
     outside_at, outside : (k,), (3 n,) float64
         Factor to what is no patch: at the nodes, and its coefficients.
-    doubt : (n, n) float32 or None
-        Standard error of the factors between patches that rays had to tell.
     """
 
-    def __init__(self, area, matrix, nodes: Nodes, outside_at, doubt: np.ndarray | None):
-        self.area, self.matrix, self.nodes, self.doubt = area, matrix, nodes, doubt
+    def __init__(self, area, matrix, nodes: Nodes, outside_at):
+        self.area, self.matrix, self.nodes = area, matrix, nodes
         self.outside_at, self.outside = outside_at, nodes.fit @ outside_at
         super().__init__(np.float64, matrix.shape)
 
@@ -43,7 +41,9 @@ class LinearFactors(LinearOperator):
         n = len(self.area)
         matrix = np.zeros_like(self.matrix)
         matrix[:n, :n] = self.matrix[:n, :n]
-        return LinearFactors(self.area, matrix, self.nodes, self.outside_at, self.doubt)
+        flat = LinearFactors(self.area, matrix, self.nodes, self.outside_at)
+        flat.outside[n:] = 0.0
+        return flat
 
     def escaping(self, elements: Elements, b: np.ndarray) -> np.ndarray:
         """Return (n, bands): the mean over each patch of B times its factor to the outside."""
@@ -73,7 +73,6 @@ def linear_factors(
     elements = senders.elements
     n, nodes = len(elements), make_nodes(elements)
     matrix, seen = np.empty((3, n, 3 * n)), np.empty(len(nodes.points))
-    doubt, allowed = np.zeros((n, n), np.float32), senders.blur
     first = np.searchsorted(nodes.owner, np.arange(n + 1))
     normal = elements.normal[nodes.owner]
 
@@ -84,17 +83,12 @@ def linear_factors(
         )
         fit = _rows(nodes, a, b, here, n)
         matrix[:, a:b] = (fit @ weights).reshape(3, b - a, 3 * n)
-        seen[here] = weights[:, :n].sum(axis=1)
-        close(weights, seen[here], allowed)
-        if unsure is not None:
-            share = fit[: b - a]
-            doubt[a:b] = np.sqrt(share.power(2) @ unsure**2)
+        seen[here] = close(weights, n, unsure, senders.blur)
 
     over_ranges(work, n, max(1, points_at_once(n) // 4), "form factors", progress)
     out = 1.0 - seen
-    out[out <= allowed] = 0.0
-    doubt = doubt if doubt.any() else None
-    return LinearFactors(area, matrix.reshape(3 * n, 3 * n), nodes, out, doubt)
+    out[out <= 0.0] = 0.0
+    return LinearFactors(area, matrix.reshape(3 * n, 3 * n), nodes, out)
 
 
 def _rows(nodes: Nodes, a: int, b: int, here: slice, n: int):
