@@ -134,6 +134,11 @@ def parse_memory(text: str | None) -> float | None:
         raise ValueError(f"--memory {text!r} must be a size such as 4GB or 500MB") from None
 
 
+def percent(share: float) -> str:
+    """Return a share as text, in percent of two digits."""
+    return f"{100 * share:.2g} %"
+
+
 def parse_time(text: str | None) -> float | None:
     """Return seconds of ``10s``, ``2min`` or ``10``; None stays None."""
     if text is None:

@@ -36,8 +36,7 @@ def table(forecast, name: str) -> str:
     """Return the decisions and what they will cost as text."""
     from radiosity.solve.plan import size_text
 
-    accuracy = 100 * forecast.plan.accuracy
-    lines = [f"{name} at an accuracy of {accuracy:.2g} %", ""]
+    lines = [f"{name} at an accuracy of {o.percent(forecast.plan.accuracy)}", ""]
     for r in forecast.requirements:
         lines.append(f"{r.name:14}{r.model:18}{r.reason}")
     lines += [

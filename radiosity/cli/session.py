@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import typer
 
-from radiosity.cli.options import parse_memory, parse_time, use_threads
+from radiosity.cli.options import parse_memory, parse_time, percent, use_threads
 from radiosity.cli.progress import remark
 
 
@@ -75,9 +75,9 @@ def reached_line(solution) -> str:
     """Return what accuracy was asked and what is estimated to be reached, as one line."""
     plan = solution.plan
     if plan.seconds is not None:
-        return f"asked for {plan.seconds:g} s, estimated {_percent(solution.estimate.reached)}"
+        return f"asked for {plan.seconds:g} s, estimated {percent(solution.estimate.reached)}"
     mesh = "" if plan.adapts else f" on the mesh of {len(solution.patches)} patches asked for"
-    return f"asked {_percent(plan.accuracy)}, estimated {_percent(solution.estimate.reached)}{mesh}"
+    return f"asked {percent(plan.accuracy)}, estimated {percent(solution.estimate.reached)}{mesh}"
 
 
 def budget_line(solution) -> str:
@@ -87,14 +87,10 @@ def budget_line(solution) -> str:
     found = solution.estimate
     parts = {"mesh": found.mesh, "factors": found.kernel, "solver": solution.history[-1]}
     most = max(parts, key=parts.get)
-    listed = ", ".join(f"{name} {_percent(x)}" for name, x in parts.items())
+    listed = ", ".join(f"{name} {percent(x)}" for name, x in parts.items())
     if most != "mesh":
         return f"of it: {listed}"
     return f"of it: {listed}; half the error takes about {HALVING:.0f} times as long"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"
 
 
 def judge(solution) -> None:
@@ -102,7 +98,7 @@ def judge(solution) -> None:
     reached, plan = solution.estimate.reached, solution.plan
     if plan.adapts and plan.seconds is None and reached > plan.accuracy:
         remark(
-            f"radiosity: reached an estimated error of {_percent(reached)}, more than the "
-            f"{_percent(plan.accuracy)} asked: allow more with --memory, or ask for less"
+            f"radiosity: reached an estimated error of {percent(reached)}, more than the "
+            f"{percent(plan.accuracy)} asked: allow more with --memory, or ask for less"
         )
         raise typer.Exit(1)

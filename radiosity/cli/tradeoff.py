@@ -50,7 +50,7 @@ def tradeoff(
     from radiosity.view.plot import plot_tradeoff
 
     reference = make_reference(model, accuracy)
-    remark(f"reference: {_percent(reference.estimated)} estimated for 95 % of it", quiet)
+    remark(f"reference: {o.percent(reference.estimated)} estimated for 95 % of it", quiet)
     found = []
     if not as_json:
         print("".join(f"{h:{'<' if k == 0 else '>'}{WIDTHS[k]}}" for k, h in enumerate(HEAD)))
@@ -67,14 +67,10 @@ def tradeoff(
 def row(trial) -> str:
     """Return a trial as one line of the table."""
     cells = (
-        trial.way, _percent(trial.accuracy), str(trial.patches), f"{trial.seconds:.3g}",
-        f"{trial.memory / 1e6:.3g}", _percent(trial.estimated), _percent(trial.error),
+        trial.way, o.percent(trial.accuracy), str(trial.patches), f"{trial.seconds:.3g}",
+        f"{trial.memory / 1e6:.3g}", o.percent(trial.estimated), o.percent(trial.error),
     )  # fmt: skip
     return "".join(f"{c:{'<' if k == 0 else '>'}{WIDTHS[k]}}" for k, c in enumerate(cells))
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"
 
 
 def _as_json(found, reference, plot) -> str:

@@ -98,8 +98,9 @@ class Clustered:
             value = value - self.terms.emission[self.rows]
         flat = np.zeros((len(self.reach.patches), 3, 3))
         return surroundings_of(
-            self.scene, self.reach, self.lights, self.on_patches(value), flat, False
-        )
+            self.scene, self.reach, self.lights, self.on_patches(value), flat, self.recipe.seed,
+            False,
+        )  # fmt: skip
 
     def gathered(
         self, points: np.ndarray, normals: np.ndarray, progress: Progress = silent

@@ -23,8 +23,8 @@ from radiosity.transport.irradiance import Surroundings
 from radiosity.transport.linear import LinearFactors, linear_factors
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
-from radiosity.transport.visibility import LIFT
 
+LOST = 1e-9  # share of a row's light that leaves it: more than rounding
 STIFF = 0.02  # margin below which an iteration would crawl: solve directly
 
 
@@ -37,6 +37,7 @@ class Level:
     scene : Scene
     reach : Reach
     terms : Terms
+    recipe : Recipe
     senders : Senders
         The elements of the live patches.
     factors : FormFactors or LinearFactors
@@ -54,6 +55,7 @@ class Level:
     scene: Scene
     reach: Reach
     terms: Terms
+    recipe: Recipe
     senders: Senders
     factors: FormFactors | LinearFactors
     coefficients: np.ndarray
@@ -95,8 +97,9 @@ class Level:
         if len(lights.polygons):
             value = value - self.emitted - self.reflected(self.emitted)
         return surroundings_of(
-            self.scene, self.reach, lights, self.on_patches(value), self._slopes(value), True
-        )
+            self.scene, self.reach, lights, self.on_patches(value), self._slopes(value),
+            self.recipe.seed, True,
+        )  # fmt: skip
 
     def _slopes(self, value):
         """Return (n, bands, 3) gradients: of the elements, of constant ones from neighbours."""
@@ -120,8 +123,9 @@ class Level:
     ) -> Arrival:
         """Return the irradiance (k, 3) in W/m2 at points of unit normals, and what rays cost it."""
         found = arriving(
-            self.senders, self.coefficients, points, normals, lift=LIFT, progress=progress
-        )
+            self.senders, self.coefficients, points, normals, seed=self.recipe.seed,
+            progress=progress,
+        )  # fmt: skip
         if self.scene.ambient.any():
             share, error = self._sky_at(points, normals)
             found.total[:] += np.pi * share[:, None] * self.scene.ambient
@@ -130,8 +134,8 @@ class Level:
 
     def _sky_at(self, points, normals):
         """Return (k,) the factors from points to the outside, and (k, 1) their errors."""
-        sides = self._all_sides
-        found = arriving(sides, np.ones((len(sides.elements), 1)), points, normals, lift=LIFT)
+        sides, seed = self._all_sides, self.recipe.seed
+        found = arriving(sides, np.ones((len(sides.elements), 1)), points, normals, seed=seed)
         share = 1.0 - found.seen
         return np.where(share > sides.blur, share, 0.0), found.error
 
@@ -204,7 +208,7 @@ def solve_level(
     e = factors @ b + _entering(scene, outside)
     if recipe.order == 0:
         b, e, outside = b[rows], e[rows], outside[rows]
-    return Level(scene, reach, terms, senders, factors, b, e, outside, history, solver)
+    return Level(scene, reach, terms, recipe, senders, factors, b, e, outside, history, solver)
 
 
 def _entering(scene, outside):
@@ -242,6 +246,3 @@ def _never_fades(system, live) -> np.ndarray:
     lit = np.zeros(parts, bool)
     lit[part[live]] = True
     return lit[:, None] & ~fades
-
-
-LOST = 1e-9  # share of a row's light that leaves it: more than rounding

@@ -17,6 +17,7 @@ from radiosity.transport.linear import LinearFactors
 from radiosity.transport.operator import FormFactors
 
 LIMIT, RESTART = 1000, 50
+NEAR = 1e-3  # margins below which the direct solver avoids subtractions
 ALIKE = 14  # digits of sources that must agree
 PICTURES = 8  # that shooting shows while it sends as often as there are coefficients
 Watch = Callable[[np.ndarray], None]
@@ -258,9 +259,6 @@ def direct(system: System, tolerance: float, watch: Watch | None = None):
     if not np.all(np.isfinite(b)):
         raise NotConverged("the direct solver, on a matrix that is singular,", history, tolerance)
     return b, history
-
-
-NEAR = 1e-3  # margins below which the direct solver avoids subtractions
 
 
 def _by_lapack(system, rho, _, source):

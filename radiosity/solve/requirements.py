@@ -11,7 +11,7 @@ import numpy as np
 
 from radiosity.scene.model import Scene
 from radiosity.solve.adapt import cell_size, coarse_shape, refined
-from radiosity.solve.level import solve_level
+from radiosity.solve.level import STIFF, solve_level
 from radiosity.solve.plan import BYTES, Plan, count_cells, make_plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.system import area_lights
@@ -183,7 +183,7 @@ def _elements(scene, plan, reach, is_open):
 
 def _solver(scene, plan, reach, is_open):
     left = min(float(m.absorptance.min()) for m in scene.materials)
-    if left < 0.02 and not is_open:
+    if left < STIFF and not is_open:
         return Requirement("solver", "direct", "reflectances near 1: bounces hardly fade")
     return Requirement("solver", plan.recipe.solver, "the matrix is dense")
 

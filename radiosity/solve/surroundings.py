@@ -11,7 +11,7 @@ from radiosity.transport.shine import shine
 
 def surroundings_of(
     scene: Scene, reach: Reach, lights: AreaLights, value: np.ndarray, slopes: np.ndarray,
-    finely: bool,
+    seed: int, finely: bool,
 ) -> Surroundings:  # fmt: skip
     """Return lights, lit patches and the outside as rays meet them.
 
@@ -27,7 +27,7 @@ def surroundings_of(
     direct = np.zeros((2, 0, value.shape[1]))
     if finely and len(lights.polygons):
         arriving, face = shine(
-            scene.faces, patches, reach.live, reach.visibility, reach.table, lights
+            scene.faces, patches, reach.live, reach.visibility, reach.table, lights, seed
         )
         direct = side_reflectance(scene)[:, scene.faces.material[face]] * arriving
     row = np.full((patches.fronts, 2), -1)

@@ -81,9 +81,8 @@ def linear_factors(
         weights, unsure = weights_of(
             senders, nodes.points[here], normal[here], int(first[a]), seed=seed
         )
-        fit = _rows(nodes, a, b, here, n)
-        matrix[:, a:b] = (fit @ weights).reshape(3, b - a, 3 * n)
         seen[here] = close(weights, n, unsure, senders.blur)
+        matrix[:, a:b] = (_rows(nodes, a, b, here, n) @ weights).reshape(3, b - a, 3 * n)
 
     over_ranges(work, n, max(1, points_at_once(n) // 4), "form factors", progress)
     out = 1.0 - seen

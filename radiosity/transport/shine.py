@@ -20,7 +20,7 @@ def shine(
     visibility: Visibility,
     table: Table,
     lights: AreaLights,
-    seed: int = 0,
+    seed: int,
 ):
     """Compute direct irradiance in the middle of every fine cell.
 
