@@ -3,6 +3,7 @@
 import numpy as np
 
 from radiosity.mesh.contact import find_contacts
+from radiosity.mesh.division import Division
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.patches import make_patches
 from radiosity.scene.model import Material, Scene
@@ -10,6 +11,8 @@ from radiosity.transport.lookup import make_table
 from radiosity.transport.visibility import Visibility
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+TRIANGLE = np.array([[0, 0, 0], [2, 0.3, 0], [0.4, 1.5, 0], [0.4, 1.5, 0]])
+SKEW = np.array([[0, 0, 0], [3, 0.2, 0], [2, 1, 0], [0.5, 1.5, 0]])
 
 
 def box(low, high):
@@ -113,7 +116,7 @@ def meshed(faces, n, emits=None):
     """Return visibility, table and patches of faces divided n x n."""
     emits = np.zeros(len(faces), bool) if emits is None else np.asarray(emits, bool)
     shape = np.where(faces.is_triangle[:, None], [n, 0], [n, n])
-    patches = make_patches(faces, shape, find_contacts(faces, emits))
+    patches = make_patches(faces, Division(shape), find_contacts(faces, emits))
     return Visibility(faces), make_table(faces, patches), patches
 
 

@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
-from scenes_for_tests import block, box, faces_of, meshed, rotation
+from scenes_for_tests import SKEW, TRIANGLE, block, box, faces_of, meshed, rotation
 
 from radiosity.mesh.contact import find_contacts
+from radiosity.mesh.division import Division
 from radiosity.mesh.patches import make_patches
 from radiosity.transport.lookup import CUT, cut_side, make_table, whole_side
 
-TRIANGLE = np.array([[0, 0, 0], [2, 0.3, 0], [0.4, 1.5, 0], [0.4, 1.5, 0]])
 PARALLELOGRAM = np.array([[0, 0, 0], [2, 0.3, 0], [2.6, 1.5, 0], [0.6, 1.2, 0]])
 TRAPEZOID = np.array([[0, 0, 0], [3, 0, 0], [2, 1, 0], [0.5, 1, 0]])
-SKEW = np.array([[0, 0, 0], [3, 0.2, 0], [2, 1, 0], [0.5, 1.5, 0]])
 ROOM = np.concatenate([box((0, 0, 0), (1, 1, 1)), block((0.31, 0.2, 0), (0.7, 0.63, 0.5))])
 
 
@@ -44,12 +43,17 @@ def random_points(rng, faces, count):
 
 @pytest.mark.parametrize("polygon", [TRIANGLE, PARALLELOGRAM, TRAPEZOID, SKEW])
 @pytest.mark.parametrize("shape", [(1, 1), (3, 2), (7, 10)])
-def test_the_side_found_holds_the_point(polygon, shape):
+@pytest.mark.parametrize("depth", [0, 1, 3])
+def test_the_side_found_holds_the_point(polygon, shape, depth):
     rng = np.random.default_rng(0)
     turn, size = rotation(rng), 10 ** rng.uniform(-3, 3)
     faces = faces_of(size * (polygon @ turn.T + 1)[None])
     shape = (shape[0], 0) if faces.is_triangle[0] else shape
-    patches = make_patches(faces, np.array([shape]), find_contacts(faces, np.zeros(1, bool)))
+    nothing = find_contacts(faces, np.zeros(1, bool))
+    division = Division(np.array([shape]))
+    for _ in range(depth):
+        division = division.divided(rng.choice([1, 1, 1, 2, 3], division.count))
+    patches = make_patches(faces, division, nothing)
     table, normal = make_table(faces, patches), faces.normals()[0]
     _, points = random_points(rng, faces, 300)
     for x in points:

@@ -13,6 +13,7 @@ from scenes_for_tests import SQUARE, box, faces_of, meshed, scene
 
 import radiosity
 from radiosity.analytic import box_form_factors, load_cases
+from radiosity.mesh.division import Division
 from radiosity.solve.level import solve_level
 from radiosity.solve.methods import System, gauss_seidel, jacobi
 from radiosity.solve.plan import Recipe
@@ -43,7 +44,7 @@ SCENES = {"smooth": [SMOOTH], "edge": [EDGE], "shadow": SHADOWS}
 def level(room, n, order):
     shape = np.full((len(room.faces), 2), 1)
     shape[:2] = n
-    return solve_level(room, shape, Recipe(order=order, **EXACT))
+    return solve_level(room, Division(shape), Recipe(order=order, **EXACT))
 
 
 def rule(points):

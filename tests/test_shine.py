@@ -4,7 +4,7 @@ import numpy as np
 from scenes_for_tests import block, box, scene
 
 from radiosity.analytic import point_to_parallel_rectangle
-from radiosity.mesh.patches import all_cells, centroids
+from radiosity.mesh.patches import centroids
 from radiosity.solve.plan import make_plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.system import area_lights
@@ -14,7 +14,7 @@ from radiosity.transport.shine import _leave_the_dark, shine
 
 
 def shone_on(model, mesh):
-    reach = find_reach(model, make_plan(model, 0.1, mesh).shape, 0)
+    reach = find_reach(model, make_plan(model, 0.1, mesh).division, 0)
     lights = area_lights(model)
     irradiance, face = shine(
         model.faces, reach.patches, reach.live, reach.visibility, reach.table, lights, 0
@@ -28,7 +28,7 @@ def test_empty_room_meets_the_closed_form():
     exitance[1] = 7.0
     model = scene(box((0, 0, 0), (2, 1, 1)), 0.5, exitance)
     reach, irradiance, face = shone_on(model, "2")
-    cells, _, _ = all_cells(model.faces, reach.patches.grid.shape * FINER)
+    cells = reach.patches.grid.division.divided(FINER).cells(model.faces)
     x, y, _ = centroids(cells)[face == 0].T
     exact = 7 * sum(point_to_parallel_rectangle(a, b, 1.0) for a in (x, 2 - x) for b in (y, 1 - y))
     np.testing.assert_allclose(irradiance[0, face == 0, 0], exact, rtol=1e-12)
@@ -45,10 +45,10 @@ def room_with_a_block():
 
 def test_points_of_cut_cells_lie_where_light_is():
     model = room_with_a_block()
-    reach = find_reach(model, make_plan(model, 0.1, "4").shape, 0)
+    reach = find_reach(model, make_plan(model, 0.1, "4").division, 0)
     patches, start = reach.patches, reach.patches.grid.start
-    cells, face, _ = all_cells(model.faces, patches.grid.shape * FINER)
-    points = centroids(cells)
+    finer = patches.grid.division.divided(FINER)
+    face, points = finer.face, centroids(finer.cells(model.faces))
     before = points.copy()
     _leave_the_dark(points, face, patches, reach.live, reach.table)
     moved = np.flatnonzero(np.any(points != before, axis=1))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes_for_tests import SQUARE, block, box, faces_of, meshed, rotation
 
-from radiosity.mesh.patches import divisions
+from radiosity.mesh.division import divisions
 from radiosity.scene.files import load
 from radiosity.solve.reach import find_reach
 from radiosity.transport import survey as survey_module
@@ -117,8 +117,8 @@ def test_what_sees_out():
 def test_no_ray_slips_through_an_edge_into_a_block():
     """One of millions of rays met the inside of the short block; seeds and mesh that it did on."""
     room = load(Path(__file__).resolve().parent.parent / "scenes" / "cornell_box.toml")
-    shape = divisions(room.faces, np.sqrt(room.faces.areas().sum() / 3000))
-    reach = find_reach(room, shape, 0)
+    division = divisions(room.faces, np.sqrt(room.faces.areas().sum() / 3000))
+    reach = find_reach(room, division, 0)
     assert reach.patches.front.all()
     x, y, z = reach.patches.centroid.T
     under = (y < 1e-6) & (np.abs(x - 186) < 40) & (np.abs(z - 168) < 40)

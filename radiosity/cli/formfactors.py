@@ -187,7 +187,7 @@ def _of_scene(scene, accuracy, mesh, rest) -> Found:
     from radiosity.solve.plan import check_memory, make_plan
 
     plan = make_plan(scene, accuracy, mesh or "auto", order=0)
-    memory = check_memory(plan.cells, rest["memory"])
+    memory = check_memory(plan.division.count, rest["memory"])
     from radiosity.solve.assembly import scene_factors
 
     found = scene_factors(scene, accuracy, mesh=mesh or "auto", **rest)

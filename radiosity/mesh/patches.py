@@ -1,12 +1,12 @@
 """Patches: the one-sided cells that carry radiosity, and the table that finds them again."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radiosity.mesh.contact import Contacts
 from radiosity.mesh.cutting import cut_cell
+from radiosity.mesh.division import Division
 from radiosity.mesh.faces import Faces
 
 NONE = -1
@@ -14,20 +14,16 @@ NONE = -1
 
 @dataclass(frozen=True)
 class Grid:
-    """Which cells a face was divided into, and which patches lie in a cell.
+    """Which cells the faces were divided into, and which patches lie in a cell.
 
     Attributes
     ----------
-    shape : (f, 2) int
-        Cells along the two edges of a quadrilateral; (n, 0) is a triangle of n x n cells.
-    first : (f,) int
-        Index of a face's first cell.
+    division : Division
     start : (cells + 1,) int
         The patches of cell c are ``start[c]`` to ``start[c + 1] - 1`` (more than one where cut).
     """
 
-    shape: np.ndarray
-    first: np.ndarray
+    division: Division
     start: np.ndarray
 
 
@@ -112,36 +108,19 @@ def reversed_winding(vertices: np.ndarray) -> np.ndarray:
     return flipped
 
 
-def divisions(faces: Faces, size: float, rounding: Callable = np.ceil) -> np.ndarray:
-    """Return (f, 2) how often each face is divided so that cells measure about ``size``.
-
-    ``rounding`` makes whole numbers of the quotients.
-    """
-    v = faces.vertices
-    edge = np.linalg.norm(np.roll(v, -1, axis=1) - v, axis=2)
-    triangle = faces.is_triangle
-    along = np.maximum(edge[:, [0, 1]], edge[:, [2, 3]])
-    along[triangle, 0] = edge[triangle][:, [0, 1, 3]].max(axis=1)
-    count = np.maximum(1, rounding(along / size - 1e-9)).astype(int)
-    count[triangle, 1] = 0
-    return count
-
-
-def make_patches(faces: Faces, shape: np.ndarray, contacts: Contacts) -> Patches:
-    """Divide every face into ``shape`` cells and cut them along the contacts.
+def make_patches(faces: Faces, division: Division, contacts: Contacts) -> Patches:
+    """Divide every face into cells and cut them along the contacts.
 
     Parameters
     ----------
     faces : Faces
-    shape : (f, 2) int
-        As `divisions` returns it.
+    division : Division
     contacts : Contacts
         Where faces touch, cross or cover each other.
     """
-    cells, face, first = all_cells(faces, shape)
-    vertices, counts, behind = _cut(cells, first, contacts)
+    vertices, counts, behind = _cut(division.cells(faces), division.ends, contacts)
     start = np.concatenate([[0], np.cumsum(counts)])
-    face = np.repeat(face, counts)
+    face = np.repeat(division.face, counts)
     cross = _vector_area(vertices)
     area = np.linalg.norm(cross, axis=1)
     normal = cross / np.maximum(area, 1e-300)[:, None]
@@ -150,65 +129,19 @@ def make_patches(faces: Faces, shape: np.ndarray, contacts: Contacts) -> Patches
     n = len(area)
     return Patches(
         vertices, normal, area, centroid, radius, face, np.ones(n, bool),
-        np.full(n, NONE), behind, Grid(shape, first, start),
+        np.full(n, NONE), behind, Grid(division, start),
     )  # fmt: skip
 
 
-def all_cells(faces: Faces, shape: np.ndarray):
-    """Return cell polygons (c, 4, 3), the face of each (c,) and each face's first cell (f,).
-
-    Face by face; in a quadrilateral row by row from its first edge, in a triangle too.
-    """
-    triangle = shape[:, 1] == 0
-    count = np.where(triangle, shape[:, 0] ** 2, shape[:, 0] * shape[:, 1])
-    first = np.concatenate([[0], np.cumsum(count)[:-1]])
-    cells = np.empty((count.sum(), 4, 3))
-    for key in np.unique(shape, axis=0):
-        same = np.flatnonzero(np.all(shape == key, axis=1))
-        make = _triangle_cells if key[1] == 0 else _quad_cells
-        block = make(faces.vertices[same], *key)
-        cells[first[same][:, None] + np.arange(block.shape[1])] = block
-    return cells, np.repeat(np.arange(len(count)), count), first
-
-
-def _quad_cells(v: np.ndarray, columns: int, rows: int) -> np.ndarray:
-    """Return (k, rows * columns, 4, 3) bilinear cells of quadrilaterals (k, 4, 3)."""
-    s = np.linspace(0, 1, columns + 1)[None, :, None]
-    t = np.linspace(0, 1, rows + 1)[:, None, None]
-    w = [(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t]
-    p = sum(wk[None] * v[:, k, None, None] for k, wk in enumerate(w))
-    quads = np.stack([p[:, :-1, :-1], p[:, :-1, 1:], p[:, 1:, 1:], p[:, 1:, :-1]], axis=3)
-    return quads.reshape(len(v), rows * columns, 4, 3)
-
-
-def _triangle_cells(v: np.ndarray, n: int, _: int) -> np.ndarray:
-    """Return (k, n * n, 4, 3): row r from the first edge holds 2 (n - r) - 1 cells."""
-    origin, e1, e2 = v[:, 0], v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]
-    corners = []
-    for r in range(n):
-        for c in range(n - r):
-            corners.append([(c, r), (c + 1, r), (c, r + 1)])
-            if c < n - r - 1:
-                corners.append([(c + 1, r), (c + 1, r + 1), (c, r + 1)])
-    st = np.array(corners, float)[:, [0, 1, 2, 2]] / n
-    return (
-        origin[:, None, None]
-        + st[None, :, :, 0, None] * e1[:, None, None]
-        + st[None, :, :, 1, None] * e2[:, None, None]
-    )
-
-
-def _cut(cells, first, contacts: Contacts):
+def _cut(cells, ends, contacts: Contacts):
     """Cut the cells of faces that have contacts; return patches, how many a cell, `behind`."""
     whole = np.ones(len(cells), int)
-    n_faces = len(first)
     if not contacts.faces:
         n = len(cells)
         return cells, whole, np.full((n, 2), NONE)
     pieces, behind = [], []
-    ends = np.append(first[1:], len(cells))
-    for f in range(n_faces):
-        here = cells[first[f] : ends[f]]
+    for f in range(len(ends) - 1):
+        here = cells[ends[f] : ends[f + 1]]
         contact = contacts.faces.get(f)
         if contact is None:
             pieces.append(here)
@@ -216,7 +149,7 @@ def _cut(cells, first, contacts: Contacts):
             continue
         for k, cell in enumerate(here):
             parts = cut_cell(cell, contact.segments)
-            whole[first[f] + k] = len(parts)
+            whole[ends[f] + k] = len(parts)
             pieces.append(parts)
             behind.append(contact.behind(centroids(parts)))
     return np.concatenate(pieces), whole, np.concatenate(behind)

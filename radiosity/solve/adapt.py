@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from radiosity.mesh.division import Division, divisions
 from radiosity.mesh.elements import make_elements
 from radiosity.mesh.interpolation import find_neighbours, gradients
-from radiosity.mesh.patches import divisions
 from radiosity.scene.model import Scene
 from radiosity.solve.clustered import Clustered, coarser, solve_clusters
 from radiosity.solve.estimate import COARSER, HALVED, REFINED, Check, Estimate, Goal, compare
@@ -19,19 +19,19 @@ from radiosity.solve.plan import (
     Plan,
     Refused,
     check_memory,
-    count_cells,
     fits,
     most_that_fit,
 )
 from radiosity.solve.reach import find_reach
+from radiosity.solve.refinement import blame, refine
 from radiosity.transport.arrival import make_senders
 from radiosity.transport.threads import Progress, silent
 
 ROUNDS = 6  # of refinement
 FEW = 150  # patches, of which linear elements are as coarse as constant ones: these are halved
-AIM, FASTEST, SLOWEST = 0.8, 3.0, 1.15  # of the accuracy; factors that cells shrink by in a round
+AIM, STEPS, SLOWEST = 0.7, (0.2, 0.5), 1.15  # of the accuracy; of the error in a round; of a size
 CUT = 1.3  # patches to cells: some are cut, some have backs that are lit
-STEEP = 3.6  # power of these factors that the time of a round grows by
+STEEP = 1.8  # power of the number of cells that the time of a round grows by
 SURE, MORE_RAYS = 0.8, 4  # share of a time that is planned with; rays in a round to those before
 
 
@@ -41,17 +41,17 @@ def refined(
 ) -> tuple[Level, Check, Estimate]:  # fmt: skip
     """Solve on finer and finer meshes until the estimate meets the plan's accuracy.
 
-    Each round solves the mesh and one of cells twice as large, whose difference tells the error. Of
-    a ``goal`` only the errors at its points count. Ends early where the next mesh would not fit
-    into ``memory`` bytes: the estimate then says what was reached.
+    Each round solves the mesh and one of cells twice as large, whose difference tells the error and
+    the cells that cause it: these are divided. Of a ``goal`` only the errors at its points count.
+    Ends early where the next mesh would not fit into ``memory`` bytes: the estimate then says what
+    was reached.
     """
-    size, clock = _fitting(scene, cell_size(scene, plan.shape), memory), Clock(plan.seconds)
-    level = None
+    coarse, clock = first_mesh(scene, plan, memory), Clock(plan.seconds)
+    level, most = None, min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / 4
     for _ in range(ROUNDS):
-        coarse = coarse_shape(scene, size)
         try:
             level = solve_level(
-                scene, 2 * coarse, plan.recipe, watch=watch, memory=memory, progress=progress
+                scene, coarse.divided(2), plan.recipe, watch=watch, memory=memory, progress=progress
             )
         except Refused:  # more cuts and backs than were expected
             if level is None:
@@ -61,24 +61,25 @@ def refined(
         estimate = compare(level, check, goal)
         if estimate.reached <= plan.accuracy:
             break
-        ratio = np.sqrt(estimate.reached / (AIM * plan.accuracy))
-        most = min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / count_cells(2 * coarse)
-        room = min(clock.room() ** (1.0 / STEEP), np.sqrt(most))
-        ratio = min(float(np.clip(ratio, SLOWEST, FASTEST)), room)
-        if ratio < SLOWEST:
+        shares = blame(level, check.level, *estimate.places)
+        most = min(most, coarse.count * clock.room() ** (1.0 / STEEP))
+        wanted = np.clip(AIM * plan.accuracy / estimate.reached, *STEPS)
+        coarse = refine(coarse, shares, float(wanted), most)
+        if coarse is None:
             break
-        size /= ratio
     return level, check, estimate
 
 
-def _fitting(scene, size, memory):
-    """Return the size of the smallest cells, of that size or larger, whose mesh fits."""
-    faces = len(scene.faces)
-    while not fits(CUT * (cells := count_cells(2 * coarse_shape(scene, size))), 1, memory):
-        if cells <= 4 * faces:
-            check_memory(cells, memory, 1)
+def first_mesh(scene: Scene, plan: Plan, memory: float | None) -> Division:
+    """Return the first mesh, of cells twice as large as a plan's, or as large as need be to fit."""
+    size = np.sqrt(scene.faces.areas().sum() / plan.division.count)
+    while True:
+        coarse = divisions(scene.faces, 2.0 * size, np.rint)
+        if fits(CUT * 4 * coarse.count, 1, memory):
+            return coarse
+        if coarse.count <= len(scene.faces):
+            check_memory(4 * coarse.count, memory, 1)
         size *= SLOWEST
-    return size
 
 
 class Clock:
@@ -107,7 +108,7 @@ def refined_clusters(
     Each round is compared with itself on a quarter as many clusters.
     """
     progress("mesh", 0, 1)
-    reach = find_reach(scene, plan.shape, plan.recipe.seed, plan.recipe.force)
+    reach = find_reach(scene, plan.division, plan.recipe.seed, plan.recipe.force)
     progress("mesh", 1, 1)
     clusters, recipe, clock = plan.clusters, plan.recipe, Clock(plan.seconds)
     for _ in range(ROUNDS):
@@ -122,16 +123,6 @@ def refined_clusters(
     return level, check, estimate
 
 
-def cell_size(scene: Scene, shape: np.ndarray) -> float:
-    """Return the size of cells of which there are as many as ``shape`` has."""
-    return float(np.sqrt(scene.faces.areas().sum() / count_cells(shape)))
-
-
-def coarse_shape(scene: Scene, size: float) -> np.ndarray:
-    """Return the mesh of twice that size of cells, whose halves have about ``size``."""
-    return divisions(scene.faces, 2.0 * size, np.rint)
-
-
 def check_of(level: Level, plan: Plan, memory: float | None = None) -> Check:
     """Return what tells the error of a level on a mesh that was given.
 
@@ -139,19 +130,20 @@ def check_of(level: Level, plan: Plan, memory: float | None = None) -> Check:
     constant parts. Constant elements: linear ones on the same patches, on halved ones where they
     are few; where they are too many for ``memory``, slopes from neighbours.
     """
-    scene, shape, few = level.scene, level.reach.patches.grid.shape, len(level.rows) <= FEW
+    scene, grid, few = level.scene, level.reach.patches.grid.division, len(level.rows) <= FEW
     if plan.recipe.order == 0:
         most = min(MOST_LINEAR, most_that_fit(1, memory))
         if len(level.reach.live) * (4 if few else 1) > most:
             return Check(smoothed(level), REFINED)
         linear = replace(plan.recipe, order=1, solver="gauss-seidel")
         if few:
-            return Check(solve_level(scene, 2 * shape, linear, memory=memory), REFINED)
+            return Check(solve_level(scene, grid.divided(2), linear, memory=memory), REFINED)
         reach = level.reach
-        return Check(solve_level(scene, shape, linear, reach=reach, memory=memory), REFINED)
-    if np.all(shape % 2 == 0):
-        return Check(solve_level(scene, shape // 2, plan.recipe, memory=memory), HALVED)
-    flat = solve_level(scene, shape, plan.recipe, reach=level.reach, constant=True, memory=memory)
+        return Check(solve_level(scene, grid, linear, reach=reach, memory=memory), REFINED)
+    coarse = grid.halved()
+    if coarse is not None:
+        return Check(solve_level(scene, coarse, plan.recipe, memory=memory), HALVED)
+    flat = solve_level(scene, grid, plan.recipe, reach=level.reach, constant=True, memory=memory)
     return Check(flat, HALVED)
 
 

@@ -72,8 +72,8 @@ def scene_factors(
     >>> solution = radiosity.solve(scene, 0.1, mesh="1", factors=found.factors)
     """
     plan = make_plan(scene, accuracy, mesh, order=0)
-    check_memory(plan.cells, memory)
-    reach = find_reach(scene, plan.shape, seed)
+    check_memory(plan.division.count, memory)
+    reach = find_reach(scene, plan.division, seed)
     check_memory(len(reach.patches), memory)
     raw = raw_factors(reach, plan.recipe.factors, seed, progress)
     f = repaired(raw) if repair else raw

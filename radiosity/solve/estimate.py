@@ -54,10 +54,12 @@ class Estimate:
         Mean irradiance in W/m2 (luminance-weighted); errors are relative to a tenth of it at least.
     mesh, kernel : float
         The part of it that the mesh, and the part that far factors and rays are estimated to cause.
-    points : (k,) int
+    patches : (k,) int
         Live patches at points of which the levels were compared.
     found : (k, 3) float64
         Their error bars, W/m2.
+    places : tuple
+        The points (m, 3), their normals, and what an error in W/m2 at each is worth (m,).
     """
 
     reached: float
@@ -65,8 +67,9 @@ class Estimate:
     scale: float
     mesh: float
     kernel: float
-    points: np.ndarray
+    patches: np.ndarray
     found: np.ndarray
+    places: tuple
 
     def on_patches(self, e: np.ndarray) -> np.ndarray:
         """Return (m, 3) error bars of irradiances e (m, 3) on the live patches.
@@ -74,7 +77,7 @@ class Estimate:
         Those that were not compared get what the others have in 95 % of their area.
         """
         bars = (self.mesh + self.kernel) * np.maximum(e, self._floor(e))
-        bars[self.points] = self.found
+        bars[self.patches] = self.found
         return bars
 
     def bars(self, e: np.ndarray, difference: np.ndarray) -> np.ndarray:
@@ -110,25 +113,24 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
     here, there = level.gathered(points, normals), check.level.gathered(points, normals)
     y = luminance(here.total)
     scale = float(np.average(y[:many], weights=area)) if many else 0.0
+    unit = np.maximum(np.maximum(y, DIM * scale), 1e-300 if scale else np.inf)
     error = check.share * (here.total - there.total)
-    off = np.hypot(luminance(error), luminance(here.error))
-    relative = off / np.maximum(np.maximum(y, DIM * scale), 1e-300) if scale else 0.0 * y
-    square = np.minimum(relative[:many], 1.0) ** 2
-    rms = float(np.sqrt(np.average(square, weights=area))) if many else 0.0
-    reached = _quantile(relative[:many], area) if many else 0.0
-    parts = [
-        _quantile(np.abs(luminance(x))[:many] / np.maximum(y, DIM * scale)[:many], area)
-        if many and scale else 0.0 for x in (error, here.error)
-    ]  # fmt: skip
-    scatter = SCATTER * min(rms, reached)
-    made = Estimate(reached, scatter, scale, *parts, chosen, error[:many])
+    parts = [np.abs(luminance(x)) / unit for x in (error, here.error)]
+    relative = np.hypot(*parts)
+    mesh, kernel, reached = (_quantile(x[:many], area) for x in (*parts, relative))
+    rms = np.sqrt(np.sum(area * np.minimum(relative[:many], 1.0) ** 2) / max(area.sum(), 1e-300))
+    scatter = SCATTER * min(float(rms), reached)
+    made = Estimate(reached, scatter, scale, mesh, kernel, chosen, error[:many], ())
     bars = made.bars(here.total, error)[:many] + noise_of(here, there, check.share)[:many]
     patch, which = np.unique(chosen, return_inverse=True)
     total = np.zeros((len(patch), bars.shape[1]))
     np.add.at(total, which, bars**2 / np.bincount(which)[which, None])
+    count = slice(0, many)
     if goal is not None:
-        made = replace(made, reached=_quantile(relative[many:], np.ones(len(goal.points))))
-    return replace(made, points=patch, found=np.sqrt(total))
+        count, area = slice(many, None), np.ones(len(goal.points))
+        reached = _quantile(relative[count], area)
+    places = points[count], normals[count], np.sqrt(area / area.sum()) / unit[count]
+    return replace(made, reached=reached, patches=patch, found=np.sqrt(total), places=places)
 
 
 def noise_of(here: Arrival, there: Arrival, share: float) -> np.ndarray:
@@ -152,7 +154,9 @@ def _chosen(area):
 
 
 def _quantile(values, weight) -> float:
-    """Return the value that QUANTILE of the weight lies below."""
+    """Return the value that QUANTILE of the weight lies below, 0 of none."""
+    if len(values) == 0:
+        return 0.0
     order = np.argsort(values)
     share = np.cumsum(weight[order]) / weight.sum()
     return float(values[order[np.searchsorted(share, QUANTILE)]])

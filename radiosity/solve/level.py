@@ -7,6 +7,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from radiosity.mesh.division import Division
 from radiosity.mesh.elements import make_elements
 from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.scene.model import Scene, SceneError
@@ -152,11 +153,11 @@ class Level:
 
 
 def solve_level(
-    scene: Scene, shape: np.ndarray, recipe: Recipe, *, factors: FormFactors | None = None,
+    scene: Scene, division: Division, recipe: Recipe, *, factors: FormFactors | None = None,
     reach: Reach | None = None, constant: bool = False, watch: Watch | None = None,
     memory: float | None = None, progress: Progress = silent,
 ) -> Level:  # fmt: skip
-    """Mesh the faces into ``shape`` cells and solve.
+    """Mesh the faces and solve.
 
     Parameters
     ----------
@@ -180,7 +181,7 @@ def solve_level(
     NotConverged, NotClosable
     """
     progress("mesh", 0, 1)
-    reach = find_reach(scene, shape, recipe.seed, recipe.force) if reach is None else reach
+    reach = find_reach(scene, division, recipe.seed, recipe.force) if reach is None else reach
     progress("mesh", 1, 1)
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     check_memory(len(patches), memory, recipe.order)

@@ -6,6 +6,7 @@ from numbers import Integral, Real
 import numpy as np
 
 from radiosity.mesh.contact import find_contacts
+from radiosity.mesh.division import Division
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.facets import Facets, merge_facets
 from radiosity.mesh.given import Given, given_mesh
@@ -132,4 +133,4 @@ def _exposed(faces: Faces, rows: Faces, facets: Facets):
     """Return a patch for every piece of the rows that contact with any face cuts them into."""
     contacts = find_contacts(faces, np.zeros(len(faces), bool), len(rows), facets)
     shape = np.where(rows.is_triangle[:, None], [1, 0], [1, 1])
-    return make_patches(rows, shape, contacts)
+    return make_patches(rows, Division(shape), contacts)

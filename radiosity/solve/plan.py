@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radiosity.mesh.patches import divisions
+from radiosity.mesh.division import Division, divisions
 from radiosity.scene.model import Scene
 
 SOLVER_NAMES = ("gauss-seidel", "jacobi", "southwell", "gmres", "cg", "direct")
 FEWEST = 150
 MOST_LINEAR = 3000  # patches of order 1: their matrix has 9 n^2 entries
-FIRST = 0.01  # accuracy that the first mesh is for, where no larger one is asked for
+FIRST = 0.03  # accuracy that the first mesh is for, where no larger one is asked for
 AS_GOOD_AS_CAN_BE, START = 1e-3, 0.2  # accuracies that a time is spent on: last and first
 MOST_FACES = 400  # beyond which blockers are too many for exact shadows
 CLUSTERS_AT_UNIT_ACCURACY, FEWEST_CLUSTERS, MOST_CLUSTERS = 60.0, 500, 6000
@@ -74,8 +74,8 @@ class Plan:
     ----------
     accuracy : float
         Asked bound of the relative error (95th percentile over the surfaces).
-    shape : (f, 2) int
-        Cells a face is divided into, see `divisions`; the first guess where ``adapts``.
+    division : Division
+        Of the faces into cells; the first guess where ``adapts``.
     adapts : bool
         Whether the mesh is refined until the estimated error meets the accuracy.
     recipe : Recipe
@@ -86,22 +86,11 @@ class Plan:
     """
 
     accuracy: float
-    shape: np.ndarray
+    division: Division
     adapts: bool
     recipe: Recipe
     clusters: int = 0
     seconds: float | None = None
-
-    @property
-    def cells(self) -> int:
-        """Return how many cells the faces are divided into."""
-        return count_cells(self.shape)
-
-
-def count_cells(shape: np.ndarray) -> int:
-    """Return how many cells faces of ``shape`` (f, 2) have."""
-    n, m = shape.T
-    return int(np.where(m == 0, n * n, n * m).sum())
 
 
 def make_plan(
@@ -144,15 +133,15 @@ def make_plan(
     else:
         start = max(accuracy, FIRST)
     faces = scene.faces
-    shape = _shape(faces, mesh, PATCHES_AT_UNIT_ACCURACY / start)
-    if order is None and mesh == "auto" and _is_large(faces, shape):
+    division = _division(faces, mesh, PATCHES_AT_UNIT_ACCURACY / start)
+    if order is None and mesh == "auto" and _is_large(faces, division):
         begin = accuracy if seconds is None else start
         planned = plan_of_clusters(scene, begin, solver, seed, force)
         return replace(planned, accuracy=accuracy, seconds=seconds)
     if order is None:
         order = 1 if mesh == "auto" and solver != "cg" else 0
     if order == 0 and mesh == "auto":
-        shape = _shape(faces, mesh, max(CONSTANT_AT_UNIT_ACCURACY / accuracy, FEWEST))
+        division = _division(faces, mesh, max(CONSTANT_AT_UNIT_ACCURACY / accuracy, FEWEST))
     rule = 0.0 if force else _rule(scene, accuracy)
     if order == 1 and solver == "cg":
         raise ValueError("solver = 'cg' needs reciprocal factors: use order 0, or gmres")
@@ -162,12 +151,12 @@ def make_plan(
             "factors"
         )
     recipe = Recipe(order, accuracy, rule, SOLVED * accuracy, solver, seed, force=force)
-    return Plan(accuracy, shape, mesh == "auto" and order == 1, recipe, seconds=seconds)
+    return Plan(accuracy, division, mesh == "auto" and order == 1, recipe, seconds=seconds)
 
 
-def _is_large(faces, shape) -> bool:
+def _is_large(faces, division) -> bool:
     """Whether linear elements on all faces, and a check of them, would be too many."""
-    return count_cells(shape) > MOST_LINEAR or len(faces) > MOST_FACES
+    return division.count > MOST_LINEAR or len(faces) > MOST_FACES
 
 
 def plan_of_clusters(
@@ -175,12 +164,12 @@ def plan_of_clusters(
 ) -> Plan:
     """Return the plan of a scene of many small faces."""
     clusters = int(np.clip(CLUSTERS_AT_UNIT_ACCURACY / accuracy, FEWEST_CLUSTERS, MOST_CLUSTERS))
-    shape = divisions(scene.faces, np.sqrt(scene.faces.areas().sum() / clusters))
+    division = divisions(scene.faces, np.sqrt(scene.faces.areas().sum() / clusters))
     rays = int(2 ** np.clip(np.ceil(np.log2(20 / accuracy)), 8, 14))
     counted = int(RAYS_AT_UNIT_ACCURACY / accuracy)
     tolerance = SOLVED * accuracy
     recipe = Recipe(0, accuracy, 0.0, tolerance, solver, seed, rays, counted, force)
-    return Plan(accuracy, shape, True, recipe, clusters)
+    return Plan(accuracy, division, True, recipe, clusters)
 
 
 def _rule(scene, accuracy) -> float:
@@ -190,7 +179,7 @@ def _rule(scene, accuracy) -> float:
     return rule if rule > FINEST_RULE else 0.0
 
 
-def _shape(faces, mesh, wanted):
+def _division(faces, mesh, wanted):
     if mesh == "auto":
         return divisions(faces, np.sqrt(faces.areas().sum() / wanted))
     if mesh == "input":
@@ -199,7 +188,8 @@ def _shape(faces, mesh, wanted):
         count = int(mesh)
     else:
         raise ValueError(f"mesh = {mesh!r} must be auto, input or a number from 1 to 1024")
-    return np.where(faces.is_triangle[:, None], [count, 0], [count, count])
+    shape = np.where(faces.is_triangle[:, None], [count, 0], [count, count])
+    return Division(shape)
 
 
 def check_memory(patches: int, limit: float | None, order: int = 0) -> int:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radiosity.mesh.contact import find_contacts
+from radiosity.mesh.division import Division
 from radiosity.mesh.facets import merge_facets
 from radiosity.mesh.patches import Patches, make_patches
 from radiosity.scene.model import Scene
@@ -34,15 +35,15 @@ class Reach:
     table: Table
 
 
-def find_reach(scene: Scene, shape: np.ndarray, seed: int, force: bool = False) -> Reach:
-    """Divide the faces into ``shape`` cells and follow the light from its sources.
+def find_reach(scene: Scene, division: Division, seed: int, force: bool = False) -> Reach:
+    """Divide the faces into cells and follow the light from its sources.
 
     ``force`` takes every face for one that can block.
     """
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
     facets = merge_facets(scene.faces)
     contacts = find_contacts(scene.faces, emits, facets=facets)
-    cells = make_patches(scene.faces, shape, contacts)
+    cells = make_patches(scene.faces, division, contacts)
     visibility = Visibility(scene.faces, facets, force)
     table = make_table(scene.faces, cells)
     sources = np.zeros((cells.fronts, 2), bool)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from radiosity.scene.model import Scene
-from radiosity.solve.adapt import cell_size, coarse_shape, refined
+from radiosity.solve.adapt import first_mesh, refined
 from radiosity.solve.level import STIFF, solve_level
-from radiosity.solve.plan import BYTES, Plan, count_cells, make_plan
+from radiosity.solve.plan import BYTES, Plan, make_plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.system import area_lights
 
@@ -71,8 +71,8 @@ def foresee(scene: Scene, plan: Plan) -> Forecast:
     level, check, estimate = refined(scene, tried, None)
     once, level_time = _timed(level, check.level, tried.recipe)
     more = max(1.0, estimate.reached / plan.accuracy) ** GROWTH
-    lit = len(level.rows) / count_cells(level.reach.patches.grid.shape)
-    first = count_cells(2 * coarse_shape(scene, cell_size(scene, plan.shape)))
+    lit = len(level.rows) / level.reach.patches.grid.division.count
+    first = 4 * first_mesh(scene, plan, None).count
     patches = int(max(len(level.rows) * more, lit * first))
     seconds = ROUNDS * level_time * (patches / max(1, len(level.rows))) ** PAIRS + STARTS * once
     memory = BASE + BYTES[1] * patches**2
@@ -84,15 +84,14 @@ def _timed(level, check, recipe):
     """Return the seconds of a coarse mesh, and by how many more a finer one takes."""
     spent = []
     for one in (check, level):
-        shape = one.reach.patches.grid.shape
         begun = time.perf_counter()
-        solve_level(one.scene, shape, recipe)
+        solve_level(one.scene, one.reach.patches.grid.division, recipe)
         spent.append(time.perf_counter() - begun)
     return spent[0], max(0.0, spent[1] - spent[0])
 
 
 def _of_mesh(scene, plan):
-    reach = find_reach(scene, plan.shape, plan.recipe.seed, plan.recipe.force)
+    reach = find_reach(scene, plan.division, plan.recipe.seed, plan.recipe.force)
     n = int(reach.live.sum())
     seconds = A_PAIR * n**2 * (4.0 if reach.visibility.can_block else 1.0)
     memory = BASE + BYTES[plan.recipe.order] * len(reach.live) ** 2
@@ -100,7 +99,7 @@ def _of_mesh(scene, plan):
 
 
 def _of_clusters(scene, plan):
-    reach = find_reach(scene, plan.shape, plan.recipe.seed)
+    reach = find_reach(scene, plan.division, plan.recipe.seed)
     faces = len(scene.faces)
     seconds = A_FACE * faces + A_RAY * plan.recipe.counted + A_PAIR * plan.clusters**2
     memory = BASE + BYTES_A_FACE * faces + BYTES[0] * plan.clusters**2

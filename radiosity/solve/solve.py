@@ -87,7 +87,7 @@ def solve(
     plan = make_plan(
         scene, accuracy, mesh, order=order, solver=solver, seed=seed, force=force, seconds=seconds
     )
-    check_memory(plan.clusters or plan.cells, memory, plan.recipe.order)
+    check_memory(plan.clusters or plan.division.count, memory, plan.recipe.order)
     aim = None if goal is None else Goal(*checked_points(*goal))
     if plan.adapts:
         if plan.clusters:
@@ -96,7 +96,7 @@ def solve(
             found = refined(scene, plan, memory, watch, progress, aim)
         return _judged(Solution(scene, plan, found[0], lambda: found[1:]))
     level = solve_level(
-        scene, plan.shape, plan.recipe, factors=factors, watch=watch, progress=progress,
+        scene, plan.division, plan.recipe, factors=factors, watch=watch, progress=progress,
         memory=memory,
     )  # fmt: skip
 

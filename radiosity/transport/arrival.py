@@ -169,6 +169,24 @@ def arriving(
     return found
 
 
+def all_weights(
+    senders: Senders, points: np.ndarray, normals: np.ndarray, seed: int = 0
+) -> np.ndarray:
+    """Return the weights (k, width n) of points, closed, see `weights_of` and `close`."""
+    n = len(senders.elements)
+    found = np.empty((len(points), senders.elements.width * n))
+
+    def work(a, b):
+        here = slice(a, b)
+        found[here], doubt = weights_of(
+            senders, points[here], normals[here], a, lift=LIFT, seed=seed
+        )
+        close(found[here], n, doubt, senders.blur)
+
+    over_ranges(work, len(points), points_at_once(n))
+    return found
+
+
 def points_at_once(patches: int) -> int:
     """Return how many points share one table of weights."""
     return max(1, min(POINTS_AT_ONCE, PAIRS_AT_ONCE // max(1, patches)))

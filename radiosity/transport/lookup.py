@@ -12,7 +12,8 @@ CUT = -2
 
 Table = namedtuple(
     "Table",
-    "origin along across skew face_normal shape first whole start vertices normal face behind",
+    "origin along across skew face_normal shape first levels split begin whole start vertices "
+    "normal face behind",
 )
 Table.__doc__ = """The arrays that `whole_side` and `cut_side` read.
 
@@ -34,13 +35,17 @@ def make_table(faces: Faces, patches: Patches) -> Table:
     twist = np.where(triangle[:, None], 0.0, v[:, 0] - v[:, 1] + v[:, 2] - v[:, 3])
     skew = np.stack([np.einsum("fc,fc->f", twist, d) for d in (along, across)], axis=1)
     skew[np.abs(skew) < 1e-12] = 0.0
-    grid = patches.grid
+    grid, division = patches.grid, patches.grid.division
+    none, sizes = np.empty(0, np.int64), [len(split) for split in division.splits]
+    levels = np.concatenate([none, np.cumsum([0, *sizes])[:-1]])
     only = grid.start[:-1]
     bare = np.all(patches.behind < 0, axis=1)
     whole = np.where((np.diff(grid.start) == 1) & bare[only], only, -1)
     return Table(
-        v[:, 0].copy(), along, across, skew, normal, grid.shape, grid.first, whole,
-        grid.start, patches.vertices[:n], patches.normal[:n], patches.face[:n], patches.behind,
+        v[:, 0].copy(), along, across, skew, normal, division.shape, division.first, levels,
+        np.concatenate([none, *division.splits]), np.concatenate([none, *division.begin]),
+        whole, grid.start, patches.vertices[:n],
+        patches.normal[:n], patches.face[:n], patches.behind,
     )  # fmt: skip
 
 
@@ -68,24 +73,52 @@ def _coordinates(table, face, x):
 
 
 @njit(cache=True, nogil=True, inline="always")
+def _in_square(s, t, columns, rows):
+    """Return which cell of a square's grid holds (s, t), and its own s and t there."""
+    s, t = s * columns, t * rows
+    i = min(max(int(s), 0), columns - 1)
+    j = min(max(int(t), 0), rows - 1)
+    return j * columns + i, s - i, t - j
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _in_triangle(s, t, n):
+    """Return which cell of a triangle's n x n ones holds (s, t), and its own s and t there."""
+    s, t = n * s, n * t
+    row = min(max(int(t), 0), n - 1)
+    column = min(max(int(s), 0), n - 1 - row)
+    s, t = s - column, t - row
+    cell = 2 * n * row - row * row + 2 * column
+    if s + t > 1.0 and column < n - 1 - row:
+        return cell + 1, s + t - 1.0, 1.0 - s
+    return cell, s, t
+
+
+@njit(cache=True, nogil=True, inline="always")
 def cell_at(table, face, x, finer):
-    """Return which cell of a face's grid holds x, numbered as `all_cells` does.
+    """Return which cell of a face holds x, numbered as in `Division`.
 
     ``finer`` = m asks in a grid of m x m cells for each of the face's own.
     """
     s, t = _coordinates(table, face, x)
-    columns, rows = table.shape[face, 0] * finer, table.shape[face, 1] * finer
-    first = table.first[face] * finer * finer
+    columns, rows = table.shape[face, 0], table.shape[face, 1]
     if rows > 0:
-        i = min(max(int(s * columns), 0), columns - 1)
-        j = min(max(int(t * rows), 0), rows - 1)
-        return first + j * columns + i
-    n = columns
-    s, t = n * s, n * t
-    row = min(max(int(t), 0), n - 1)
-    column = min(max(int(s), 0), n - 1 - row)
-    down = (s - column) + (t - row) > 1.0 and column < n - 1 - row
-    return first + 2 * n * row - row * row + 2 * column + int(down)
+        cell, s, t = _in_square(s, t, columns, rows)
+    else:
+        cell, s, t = _in_triangle(s, t, columns)
+    cell += table.first[face]
+    for k in range(len(table.levels)):
+        m = table.split[table.levels[k] + cell]
+        if m > 1:
+            part, s, t = _in_square(s, t, m, m) if rows > 0 else _in_triangle(s, t, m)
+        else:
+            part = 0
+        cell = table.begin[table.levels[k] + k + cell] + part
+    if finer == 1:
+        return cell
+    m = finer
+    part = _in_square(s, t, m, m)[0] if rows > 0 else _in_triangle(s, t, m)[0]
+    return cell * m * m + part
 
 
 @njit(cache=True, nogil=True)
@@ -143,3 +176,13 @@ def cut_side(table, face, x, d):
         back = int(d[0] * m[0] + d[1] * m[1] + d[2] * m[2] > 0.0)
         front = _part_of(cell_at(table, other, x, 1), x, table.start, table.vertices, table.normal)
     return 2 * front + back
+
+
+@njit(cache=True, nogil=True)
+def fronts_at(table, face, points):
+    """Return (k,) the fronts that hold points (k, 3) of faces (k,)."""
+    found = np.empty(len(face), np.int64)
+    for k in range(len(face)):
+        cell = cell_at(table, face[k], points[k], 1)
+        found[k] = _part_of(cell, points[k], table.start, table.vertices, table.normal)
+    return found

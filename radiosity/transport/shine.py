@@ -3,7 +3,7 @@
 import numpy as np
 
 from radiosity.mesh.faces import Faces
-from radiosity.mesh.patches import Patches, all_cells, centroids
+from radiosity.mesh.patches import Patches, centroids
 from radiosity.transport.irradiance import FINER, AreaLights, direct_irradiance
 from radiosity.transport.lookup import Table, cell_at, margin_in
 from radiosity.transport.threads import over_ranges
@@ -35,7 +35,8 @@ def shine(
         W/m2 on fronts and backs; `FINER` x `FINER` cells for each of a face's own.
     face : (cells,) int
     """
-    cells, face, _ = all_cells(faces, patches.grid.shape * FINER)
+    division = patches.grid.division.divided(FINER)
+    cells, face = division.cells(faces), division.face
     points, normals = centroids(cells), faces.normals()[face]
     _leave_the_dark(points, face, patches, live, table)
     irradiance = np.zeros((2, len(cells), lights.exitance.shape[1]))

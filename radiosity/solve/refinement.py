@@ -1,0 +1,127 @@
+"""Which cells an error comes from, by its adjoint, and how finely each is to be divided.
+
+The coarse solution b, put on the fine mesh, lacks the residual r = M_e + rho F b - b there, and the
+fine solution less b is (1 - rho F)^-1 r. So what a point x with the weights w (E = w . b) finds
+differs by p . r with the importance p = w (1 - rho F)^-1, the adjoint solution: each cell's share
+of that sum is what the point's error owes to it (E17).
+"""
+
+import numpy as np
+
+from radiosity.light.photometry import luminance
+from radiosity.mesh.division import Division
+from radiosity.solve.level import Level
+from radiosity.transport.arrival import all_weights
+from radiosity.transport.lookup import fronts_at
+
+SIGNS = 16  # random sums of points, whose mean square is that of the points
+MOST_POINTS = 256
+SWEEPS, SETTLED = 30, 0.01  # of the adjoint solution: at most, and the change that ends them
+ORDER = 2.0  # of a cell's share of the error in its size
+LARGEST = 4.0  # factor that a cell is divided by at once
+
+
+def blame(
+    level: Level, coarse: Level, points: np.ndarray, normals: np.ndarray, worth: np.ndarray
+) -> np.ndarray:
+    """Return (cells,) what each coarse cell adds to the errors at points, root mean square.
+
+    Parameters
+    ----------
+    level, coarse : Level
+        Of linear elements; the mesh of the first has cells half as large.
+    points, normals : (k, 3) float64
+    worth : (k,) float64
+        What an error of irradiance, in W/m2 (luminance-weighted), is worth at each.
+    """
+    grid, rows = level.reach.patches.grid, level.rows
+    some = np.unique(np.linspace(0, len(points) - 1, MOST_POINTS).astype(int))
+    weights = all_weights(level.senders, points[some], normals[some], level.recipe.seed)
+    random = np.random.default_rng(level.recipe.seed)
+    signs = random.choice([-1.0, 1.0], (SIGNS, len(some)))
+    share = _importance(level, (signs * worth[some]) @ weights) * _residual(level, coarse)
+    share = luminance(share).reshape(SIGNS, 3, len(rows)).sum(axis=1)
+    fronts = np.where(rows < level.reach.patches.fronts, rows, _fronts(level.reach.patches)[rows])
+    cell = np.repeat(np.arange(len(grid.start) - 1), np.diff(grid.start))[fronts]
+    split = grid.division.splits[-1]
+    parent = np.repeat(np.arange(len(split)), split**2)[cell]
+    total = np.array([np.bincount(parent, one, minlength=len(split)) for one in share])
+    return np.sqrt(np.mean(total**2, axis=0))
+
+
+def _fronts(patches):
+    """Return (n,) the front of each patch, its own or the one that it is the back of."""
+    fronts = np.arange(len(patches))
+    behind = np.flatnonzero(patches.back_of >= 0)
+    fronts[patches.back_of[behind]] = behind
+    return fronts
+
+
+def _importance(level, weights):
+    """Return (k, width m, 3): the solutions p = w + p rho F for rows of weights (k, width m)."""
+    rho = np.tile(level.terms.reflectance[level.rows], (3, 1))
+    matrix, found = level.factors.matrix, np.empty((*weights.shape, 3))
+    for band in range(3):
+        same = [k for k in range(band) if np.array_equal(rho[:, k], rho[:, band])]
+        if same:
+            found[..., band] = found[..., same[0]]
+            continue
+        p = weights
+        for _ in range(SWEEPS):
+            before, p = p, weights + (p * rho[:, band]) @ matrix
+            if np.abs(p - before).max() <= SETTLED * np.abs(p).max():
+                break
+        found[..., band] = p
+    return found
+
+
+def _residual(level, coarse):
+    """Return the coefficients (width m, 3) of the residual of a coarse solution on a fine mesh."""
+    apart = level.coefficients - _put_on(level, coarse)
+    return apart - level.reflected(apart)
+
+
+def _put_on(level, coarse):
+    """Return the coefficients (width m, 3) on a level's mesh of a coarse one's solution."""
+    patches, rows, theirs = level.reach.patches, level.rows, coarse.reach.patches
+    where, centres = patches.face[rows], patches.centroid[rows]
+    parent = fronts_at(coarse.reach.table, where, centres)
+    parent = np.where(patches.front[rows], parent, theirs.back_of[parent])
+    place = np.full(len(theirs) + 1, -1)
+    place[coarse.rows] = np.arange(len(coarse.rows))
+    owner, elements, b = place[parent], coarse.senders.elements, coarse.coefficients
+    slope = elements.gradients(b)[owner]
+    axes = level.senders.elements.axes
+    along = np.einsum("nmc,nac->anm", slope, axes) / np.sum(axes**2, axis=2).T[:, :, None]
+    found = np.concatenate([elements.at(centres, owner, b)[None], along])
+    found[:, owner < 0] = 0.0
+    return found.reshape(-1, b.shape[1])
+
+
+def refine(division: Division, shares: np.ndarray, wanted: float, most: float) -> Division | None:
+    """Return a division whose error is ``wanted`` times as large, or the best of ``most`` cells.
+
+    A cell's error falls as the size of its parts to the power ORDER, and errors of cells add in
+    quadrature: with the fewest parts in all, their size is a power of the cell's share. None where
+    nothing is left to divide.
+
+    Parameters
+    ----------
+    shares : (cells,) float64
+        Of the error, see `blame`.
+    """
+    error = np.sqrt(np.sum(shares**2))
+    low, high = 0.0, float(shares.max(initial=0.0))  # levels that shares are cut down to
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        split = _cut_to(shares, middle)
+        enough = np.sqrt(np.sum((shares * split**-ORDER) ** 2)) <= (1 + 1e-9) * wanted * error
+        low, high = (middle, high) if enough or np.sum(split**2) > most else (low, middle)
+    split = _cut_to(shares, low)
+    if np.sum(split**2) > most:
+        split = _cut_to(shares, high)
+    return division.divided(split.astype(int)) if np.any(split > 1) else None
+
+
+def _cut_to(shares, level):
+    return np.rint(np.clip((shares / max(level, 1e-300)) ** (1.0 / (1.0 + ORDER)), 1.0, LARGEST))
