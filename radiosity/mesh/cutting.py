@@ -5,6 +5,22 @@ import numpy as np
 SMALLEST = 1e-5  # share of a cell's area below which a sliver is not cut off
 
 
+def cut_cells(
+    cells: np.ndarray, segments: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parts (k, 4, 3) of convex cells (n, 4, 3) of one plane, and how many a cell (n,).
+
+    See `cut_cell`; ``normal`` is that of the plane, up to its length.
+    """
+    across = np.cross(normal, segments[:, 1] - segments[:, 0])
+    height = np.einsum("nkc,sc->nks", cells, across) - np.sum(across * segments[:, 0], axis=1)
+    crossed = np.any((height.max(axis=1) > 0) & (height.min(axis=1) < 0), axis=1)
+    parts = [cell[None] for cell in cells]
+    for k in np.flatnonzero(crossed):
+        parts[k] = cut_cell(cells[k], segments)
+    return np.concatenate(parts), np.array([len(part) for part in parts])
+
+
 def cut_cell(cell: np.ndarray, segments: np.ndarray) -> np.ndarray:
     """Return the parts (k, 4, 3) of a convex cell (4, 3), cut by segments (m, 2, 3) in its plane.
 

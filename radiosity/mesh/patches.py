@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radiosity.mesh.contact import Contacts
-from radiosity.mesh.cutting import cut_cell
+from radiosity.mesh.cutting import cut_cells
 from radiosity.mesh.division import Division
 from radiosity.mesh.faces import Faces
 
@@ -137,8 +137,7 @@ def _cut(cells, ends, contacts: Contacts):
     """Cut the cells of faces that have contacts; return patches, how many a cell, `behind`."""
     whole = np.ones(len(cells), int)
     if not contacts.faces:
-        n = len(cells)
-        return cells, whole, np.full((n, 2), NONE)
+        return cells, whole, np.full((len(cells), 2), NONE)
     pieces, behind = [], []
     for f in range(len(ends) - 1):
         here = cells[ends[f] : ends[f + 1]]
@@ -147,11 +146,9 @@ def _cut(cells, ends, contacts: Contacts):
             pieces.append(here)
             behind.append(np.full((len(here), 2), NONE))
             continue
-        for k, cell in enumerate(here):
-            parts = cut_cell(cell, contact.segments)
-            whole[ends[f] + k] = len(parts)
-            pieces.append(parts)
-            behind.append(contact.behind(centroids(parts)))
+        parts, whole[ends[f] : ends[f + 1]] = cut_cells(here, contact.segments, contact.normal)
+        pieces.append(parts)
+        behind.append(contact.behind(centroids(parts)))
     return np.concatenate(pieces), whole, np.concatenate(behind)
 
 

@@ -29,7 +29,7 @@ from radiosity.transport.threads import Progress, silent
 
 ROUNDS = 6  # of refinement
 FEW = 150  # patches, of which linear elements are as coarse as constant ones: these are halved
-AIM, STEPS, SLOWEST = 0.7, (0.2, 0.5), 1.15  # of the accuracy; of the error in a round; of a size
+AIM, STEPS, SLOWEST = 0.65, (0.2, 0.5), 1.15  # of the accuracy; of the error in a round; of a size
 CUT = 1.3  # patches to cells: some are cut, some have backs that are lit
 STEEP = 1.8  # power of the number of cells that the time of a round grows by
 SURE, MORE_RAYS = 0.8, 4  # share of a time that is planned with; rays in a round to those before
@@ -47,17 +47,20 @@ def refined(
     was reached.
     """
     coarse, clock = first_mesh(scene, plan, memory), Clock(plan.seconds)
-    level, most = None, min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / 4
+    level, like, most = None, None, min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / 4
+    recipe = plan.recipe
     for _ in range(ROUNDS):
         try:
             level = solve_level(
-                scene, coarse.divided(2), plan.recipe, watch=watch, memory=memory, progress=progress
-            )
+                scene, coarse.divided(2), recipe, like=like, watch=watch, memory=memory,
+                progress=progress,
+            )  # fmt: skip
         except Refused:  # more cuts and backs than were expected
             if level is None:
                 raise
             break
-        check = Check(solve_level(scene, coarse, plan.recipe, memory=memory), HALVED)
+        like = level.reach
+        check = Check(solve_level(scene, coarse, recipe, like=like, memory=memory), HALVED)
         estimate = compare(level, check, goal)
         if estimate.reached <= plan.accuracy:
             break
@@ -137,12 +140,15 @@ def check_of(level: Level, plan: Plan, memory: float | None = None) -> Check:
             return Check(smoothed(level), REFINED)
         linear = replace(plan.recipe, order=1, solver="gauss-seidel")
         if few:
-            return Check(solve_level(scene, grid.divided(2), linear, memory=memory), REFINED)
+            finer = grid.divided(2)
+            check = solve_level(scene, finer, linear, like=level.reach, memory=memory)
+            return Check(check, REFINED)
         reach = level.reach
         return Check(solve_level(scene, grid, linear, reach=reach, memory=memory), REFINED)
     coarse = grid.halved()
     if coarse is not None:
-        return Check(solve_level(scene, coarse, plan.recipe, memory=memory), HALVED)
+        check = solve_level(scene, coarse, plan.recipe, like=level.reach, memory=memory)
+        return Check(check, HALVED)
     flat = solve_level(scene, grid, plan.recipe, reach=level.reach, constant=True, memory=memory)
     return Check(flat, HALVED)
 

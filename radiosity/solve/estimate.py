@@ -18,7 +18,7 @@ from radiosity.transport.sampling import hashed, sobol
 
 # Of the difference: to halved cells, to linear elements, to a quarter of the clusters and half of
 # the rays, whose noise is as large as that of the difference.
-HALVED, REFINED, COARSER = 0.36, 1.0, 0.5
+HALVED, REFINED, COARSER = 0.42, 1.0, 0.5
 QUANTILE, DIM = 0.95, 0.1
 SCATTER = 1.25  # of the rms difference, what bars have at least: two levels may agree by chance
 LEAST, MOST = 256, 2000  # points at which levels are compared

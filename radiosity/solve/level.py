@@ -154,8 +154,8 @@ class Level:
 
 def solve_level(
     scene: Scene, division: Division, recipe: Recipe, *, factors: FormFactors | None = None,
-    reach: Reach | None = None, constant: bool = False, watch: Watch | None = None,
-    memory: float | None = None, progress: Progress = silent,
+    reach: Reach | None = None, like: Reach | None = None, constant: bool = False,
+    watch: Watch | None = None, memory: float | None = None, progress: Progress = silent,
 ) -> Level:  # fmt: skip
     """Mesh the faces and solve.
 
@@ -165,6 +165,8 @@ def solve_level(
         For order 0, those of the same patches, made before.
     reach : Reach, optional
         Where the mesh is known.
+    like : Reach, optional
+        Another mesh of the same scene; see `find_reach`.
     constant : bool
         Leave the slopes of linear elements out: constant ones, by collocation.
     memory : float, optional
@@ -181,7 +183,8 @@ def solve_level(
     NotConverged, NotClosable
     """
     progress("mesh", 0, 1)
-    reach = find_reach(scene, division, recipe.seed, recipe.force) if reach is None else reach
+    if reach is None:
+        reach = find_reach(scene, division, recipe.seed, recipe.force, like)
     progress("mesh", 1, 1)
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     check_memory(len(patches), memory, recipe.order)

@@ -19,6 +19,7 @@ from radiosity.transport.operator import FormFactors
 LIMIT, RESTART = 1000, 50
 NEAR = 1e-3  # margins below which the direct solver avoids subtractions
 ALIKE = 14  # digits of sources that must agree
+BLOCK = 64  # rows that Gauss-Seidel multiplies at once
 PICTURES = 8  # that shooting shows while it sends as often as there are coefficients
 Watch = Callable[[np.ndarray], None]
 
@@ -91,12 +92,22 @@ def jacobi(system: System, tolerance: float, watch: Watch | None = None):
 
 
 def gauss_seidel(system: System, tolerance: float, watch: Watch | None = None):
-    """Gauss-Seidel: each patch gathers from the newest radiosities of all others."""
+    """Gauss-Seidel: each patch gathers from the newest radiosities of all others.
+
+    A sweep leaves the residual rho_i sum over j >= i of F_ij (change of B_j), so that its largest
+    change bounds it.
+    """
     b, history = system.source.copy(), []
     matrix, area = system.factors.rows()
+    share = np.divide(1.0, area, out=np.zeros(len(area)), where=area > 0.0)
+    gain = system.reflectance * share[:, None]
+    blocks = [slice(first, first + BLOCK) for first in range(0, len(b), BLOCK)]
+    most = gain * np.concatenate([np.abs(matrix[k]).sum(axis=1) for k in blocks])[:, None]
     for _ in range(LIMIT):
-        _sweep(matrix, area, system.reflectance, system.source, b)
-        history.append(system.bound(b))
+        before = b.copy()
+        for k in blocks:
+            _sweep(matrix[k, k], gain[k], system.source[k], matrix[k] @ b, b[k])
+        history.append(system.bound(b, most * np.abs(b - before).max(axis=0, initial=0.0)))
         if history[-1] <= tolerance:
             return b, history
         if watch is not None:
@@ -105,20 +116,15 @@ def gauss_seidel(system: System, tolerance: float, watch: Watch | None = None):
 
 
 @njit(cache=True, nogil=True)
-def _sweep(matrix, area, rho, source, b):
+def _sweep(matrix, gain, source, arriving, b):
+    """Renew the rows of a block, whose own matrix is given, from what arrives by the old ones."""
     n, bands = b.shape
-    arriving = np.empty(bands)
     for i in range(n):
-        arriving[:] = 0.0
-        row = matrix[i]
-        for j in range(n):
-            f = row[j]
-            if f != 0.0:
-                for k in range(bands):
-                    arriving[k] += f * b[j, k]
         for k in range(bands):
-            incident = arriving[k] / area[i] if area[i] > 0.0 else 0.0
-            b[i, k] = source[i, k] + rho[i, k] * incident
+            change = source[i, k] + gain[i, k] * arriving[i, k] - b[i, k]
+            b[i, k] += change
+            for j in range(i + 1, n):
+                arriving[j, k] += matrix[j, i] * change
 
 
 def southwell(system: System, tolerance: float, watch: Watch | None = None):

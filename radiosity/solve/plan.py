@@ -23,8 +23,9 @@ SOLVED, RULE, FADES, FINEST_RULE = 1e-5, 3e-2, 0.1, 1e-7
 # the direct solver (29 with the others); for order 1: 88 to 125. And a face, in the trees that are
 # searched.
 FACTORS, FACE, BYTES = 32, 2500, (40, 110)
-# Patches for the accuracy 1; more as its inverse, for the order is 2 in the size of the patches.
-PATCHES_AT_UNIT_ACCURACY, CONSTANT_AT_UNIT_ACCURACY = 3.0, 15.0
+# Patches for the accuracy 1: more as its inverse to the power MORE of linear elements, which are
+# refined, and as its inverse of constant ones, whose order is 2 in the size of the patches.
+PATCHES_AT_UNIT_ACCURACY, MORE, CONSTANT_AT_UNIT_ACCURACY = 9.0, 0.7, 15.0
 
 
 class Refused(RuntimeError):
@@ -133,7 +134,7 @@ def make_plan(
     else:
         start = max(accuracy, FIRST)
     faces = scene.faces
-    division = _division(faces, mesh, PATCHES_AT_UNIT_ACCURACY / start)
+    division = _division(faces, mesh, PATCHES_AT_UNIT_ACCURACY / start**MORE)
     if order is None and mesh == "auto" and _is_large(faces, division):
         begin = accuracy if seconds is None else start
         planned = plan_of_clusters(scene, begin, solver, seed, force)

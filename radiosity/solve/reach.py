@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radiosity.mesh.contact import find_contacts
+from radiosity.mesh.contact import Contacts, find_contacts
 from radiosity.mesh.division import Division
 from radiosity.mesh.facets import merge_facets
 from radiosity.mesh.patches import Patches, make_patches
@@ -27,24 +27,32 @@ class Reach:
         Patches that light reaches.
     visibility : Visibility
     table : Table
+    contacts : Contacts
     """
 
     patches: Patches
     live: np.ndarray
     visibility: Visibility
     table: Table
+    contacts: Contacts
 
 
-def find_reach(scene: Scene, division: Division, seed: int, force: bool = False) -> Reach:
+def find_reach(
+    scene: Scene, division: Division, seed: int, force: bool = False, like: Reach | None = None
+) -> Reach:
     """Divide the faces into cells and follow the light from its sources.
 
-    ``force`` takes every face for one that can block.
+    ``force`` takes every face for one that can block. What does not depend on the mesh is taken
+    from ``like``, of the same scene.
     """
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
-    facets = merge_facets(scene.faces)
-    contacts = find_contacts(scene.faces, emits, facets=facets)
+    if like is None:
+        facets = merge_facets(scene.faces)
+        contacts = find_contacts(scene.faces, emits, facets=facets)
+        visibility = Visibility(scene.faces, facets, force)
+    else:
+        contacts, visibility = like.contacts, like.visibility
     cells = make_patches(scene.faces, division, contacts)
-    visibility = Visibility(scene.faces, facets, force)
     table = make_table(scene.faces, cells)
     sources = np.zeros((cells.fronts, 2), bool)
     sources[:, 0] = emits[cells.face]
@@ -53,4 +61,4 @@ def find_reach(scene: Scene, division: Division, seed: int, force: bool = False)
     front, back = survey(visibility, table, cells, sources, area_lights(scene), seed).T
     patches = cells.with_backs(back)
     live = np.concatenate([front, back[back]])
-    return Reach(patches, live, visibility, table)
+    return Reach(patches, live, visibility, table, contacts)

@@ -19,6 +19,7 @@ MOST_POINTS = 256
 SWEEPS, SETTLED = 30, 0.01  # of the adjoint solution: at most, and the change that ends them
 ORDER = 2.0  # of a cell's share of the error in its size
 LARGEST = 4.0  # factor that a cell is divided by at once
+LEAST = 1.5  # factor that all cells become more by: a round costs too much for less
 
 
 def blame(
@@ -116,6 +117,7 @@ def refine(division: Division, shares: np.ndarray, wanted: float, most: float) -
         middle = 0.5 * (low + high)
         split = _cut_to(shares, middle)
         enough = np.sqrt(np.sum((shares * split**-ORDER) ** 2)) <= (1 + 1e-9) * wanted * error
+        enough &= np.sum(split**2) >= LEAST * division.count
         low, high = (middle, high) if enough or np.sum(split**2) > most else (low, middle)
     split = _cut_to(shares, low)
     if np.sum(split**2) > most:

@@ -10,17 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from radiosity.scene.model import Scene
-from radiosity.solve.adapt import first_mesh, refined
+from radiosity.solve.adapt import AIM, ROUNDS, STEPS, first_mesh, refined
 from radiosity.solve.level import STIFF, solve_level
-from radiosity.solve.plan import BYTES, Plan, make_plan
+from radiosity.solve.plan import BYTES, MOST_LINEAR, Plan, make_plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.system import area_lights
 
 TRIED = 0.1  # accuracy of the try
-# Measured: patches grow as the error's inverse to the power GROWTH and the time with theirs to the
-# power PAIRS; all rounds of refinement and their checks cost ROUNDS times the last mesh, and STARTS
-# times what a coarse one does.
-GROWTH, PAIRS, ROUNDS, STARTS = 0.9, 1.8, 1.2, 4.0
+# Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
+# to the power PAIRS; a round of refinement, its check and what compares them, is WHOLE times that.
+GROWTH, PAIRS, WHOLE = 0.68, 1.6, 1.5
 HALVING = 2.0 ** (GROWTH * PAIRS)  # times as long for half the error
 BASE = 1.85e8  # bytes of the program itself
 # Seconds of scenes of many faces: for each face, each counted ray, each squared cluster.
@@ -69,25 +68,41 @@ def foresee(scene: Scene, plan: Plan) -> Forecast:
     how = {"order": 1, "solver": plan.recipe.solver, "force": plan.recipe.force}
     tried = make_plan(scene, max(TRIED, plan.accuracy), **how)
     level, check, estimate = refined(scene, tried, None)
-    once, level_time = _timed(level, check.level, tried.recipe)
-    more = max(1.0, estimate.reached / plan.accuracy) ** GROWTH
-    lit = len(level.rows) / level.reach.patches.grid.division.count
     first = 4 * first_mesh(scene, plan, None).count
-    patches = int(max(len(level.rows) * more, lit * first))
-    seconds = ROUNDS * level_time * (patches / max(1, len(level.rows))) ** PAIRS + STARTS * once
+    rounds = _rounds(level, estimate.reached, first, plan.accuracy)
+    once, pair = _timed(level, check.level, tried.recipe)
+    seconds = float(np.sum(once + WHOLE * pair * rounds**PAIRS))
+    patches = int(rounds[-1])
     memory = BASE + BYTES[1] * patches**2
     found = _requirements(scene, plan, level.reach, bool(level.outside.any()))
     return Forecast(plan, found, patches, seconds, memory)
 
 
+def _rounds(level, reached, first, accuracy) -> np.ndarray:
+    """Return the live patches expected of each round of refinement.
+
+    Of meshes of ``first`` cells at first, when a ``level`` has ``reached`` its error.
+    """
+    cells, many = level.reach.patches.grid.division.count, len(level.rows)
+    found = [max(many, many * first / cells)]
+    error = reached * (many / found[0]) ** (1.0 / GROWTH)
+    while error > accuracy and found[-1] < MOST_LINEAR and len(found) < ROUNDS:
+        share = np.clip(AIM * accuracy / error, *STEPS)
+        error *= share
+        found.append(min(MOST_LINEAR, found[-1] * share**-GROWTH))
+    return np.array(found)
+
+
 def _timed(level, check, recipe):
-    """Return the seconds of a coarse mesh, and by how many more a finer one takes."""
-    spent = []
+    """Return the seconds that any mesh takes, and those of a patch to the power PAIRS."""
+    spent, size = [], []
     for one in (check, level):
         begun = time.perf_counter()
         solve_level(one.scene, one.reach.patches.grid.division, recipe)
         spent.append(time.perf_counter() - begun)
-    return spent[0], max(0.0, spent[1] - spent[0])
+        size.append(len(one.rows) ** PAIRS)
+    pair = max(0.0, spent[1] - spent[0]) / max(1.0, size[1] - size[0])
+    return max(0.0, spent[0] - pair * size[0]), pair
 
 
 def _of_mesh(scene, plan):

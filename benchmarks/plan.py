@@ -1,0 +1,85 @@
+"""What `plan` predicts against what solving takes: patches, seconds, memory at the peak.
+
+    python benchmarks/plan.py > benchmarks/plan.md
+
+Seconds are warm, in one process, of solving and its estimate; memory is the peak of a process that
+does nothing else, the program and its compiled code included.
+"""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import radiosity
+from radiosity.solve.plan import make_plan
+from radiosity.solve.requirements import foresee
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+from rooms import SCENES as ROOMS  # noqa: E402
+from rooms import furnished  # noqa: E402
+
+ASKED = (0.1, 0.03, 0.01, 0.003)
+FILES = ("cornell_box", "lroom", "box6")
+FURNISHED = 20_000  # triangles, at 0.1 and 0.03
+
+
+def made(name):
+    if name == "furnished":
+        return furnished(FURNISHED)
+    if name in ROOMS:
+        return ROOMS[name]()
+    return radiosity.load(HERE.parent / "scenes" / f"{name}.toml")
+
+
+def peak(name, asked):
+    """Return the bytes at the peak of a process that solves a scene."""
+    code = (
+        "import resource, plan, radiosity\n"
+        f"radiosity.solve(plan.made({name!r}), {asked}).estimate\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=HERE, capture_output=True, text=True, check=True
+    )
+    return 1024.0 * int(done.stdout.split()[-1])
+
+
+def main():
+    print(__doc__.split("\n\n")[0] + "\n")
+    print("| scene | asked | patches | found | s | took | time ratio | MB | peak | memory ratio |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    ratios = []
+    for name in (*FILES, *ROOMS, "furnished"):
+        scene = made(name)
+        for asked in ASKED[: 2 if name == "furnished" else None]:
+            plan = make_plan(scene, asked)
+            foresee(scene, plan)  # compiled code is loaded
+            seen = foresee(scene, plan)
+            spent = []
+            for _ in range(3):
+                begun = time.perf_counter()
+                solution = radiosity.solve(scene, asked)
+                solution.estimate  # noqa: B018  part of the answer
+                spent.append(time.perf_counter() - begun)
+            took, memory = min(spent[1:]), peak(name, asked)
+            ratios.append((seen.seconds / took, seen.memory / memory))
+            patches = len(solution.level.rows)
+            print(
+                f"| {name} | {asked:g} | {seen.patches} | {patches} | {seen.seconds:.2f} "
+                f"| {took:.2f} | {ratios[-1][0]:.2f} | {seen.memory / 1e6:.0f} "
+                f"| {memory / 1e6:.0f} | {ratios[-1][1]:.2f} |",
+                flush=True,
+            )
+    times, memories = np.array(ratios).T
+    print(
+        f"\nTime within 2 times in {np.sum(np.abs(np.log2(times)) <= 1)} of {len(times)}, memory "
+        f"within 25 % in {np.sum(np.abs(memories - 1) <= 0.25)}."
+    )
+
+
+if __name__ == "__main__":
+    main()
