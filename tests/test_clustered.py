@@ -4,12 +4,17 @@ import numpy as np
 import pytest
 from scenes_for_tests import box, scene, uv_sphere
 
-from radiosity.analytic import furnace
+from radiosity.analytic import box_form_factors, furnace
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Material, Scene
 from radiosity.solve import plan
-from radiosity.solve.plan import make_plan
+from radiosity.solve.clustered import solve_clusters, solved
+from radiosity.solve.limits import DIMS, box_of_one_lamp, face_means, room_of
+from radiosity.solve.plan import make_plan, plan_of_clusters
+from radiosity.solve.reach import find_reach
 from radiosity.solve.solve import solve
+from radiosity.solve.system import area_lights, make_terms
+from radiosity.transport.operator import FormFactors
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 LAMP = np.array([[1, 1, 2.49], [1, 2, 2.49], [2, 2, 2.49], [2, 1, 2.49]], float)
@@ -45,6 +50,55 @@ def test_many_faces_are_gathered_into_clusters(balls):
     solution = solve(balls, 0.1)
     assert len(solution.level.factors.area) <= planned.clusters < len(solution.level.rows)
     assert solution.closed and solution.balance.defect < 0.02
+
+
+def room_near_one(left, emitted):
+    """A box that absorbs so little; its clusters, and the mean of values on each of its faces."""
+    room = room_of(box((0, 0, 0), DIMS), 1.0 - left, emitted, left)
+    made = plan_of_clusters(room, 0.1)
+    reach = find_reach(room, made.division, 0)
+    patches = reach.patches
+
+    def means(values):
+        return np.bincount(patches.face, patches.area * values[:, 0]) / room.faces.areas()
+
+    return room, reach, made, means
+
+
+@pytest.mark.parametrize(("left", "bound"), [(1e-6, 1e-6), (1e-9, 1e-3)])
+def test_a_furnace_of_clusters_near_reflectance_1(left, bound):
+    room, reach, made, _ = room_near_one(left, 1.0)
+    level = solve_clusters(room, reach, made.recipe, made.clusters)
+    assert level.coefficients * left == pytest.approx(1.0, rel=bound)
+
+
+@pytest.mark.parametrize(("left", "bound"), [(1e-6, 1e-6), (1e-9, 1e-3)])
+def test_clusters_keep_means_and_differences_near_reflectance_1(left, bound):
+    """A box with one lamp, a cluster a face of exact factors, against exact fractions."""
+    room, reach, made, means = room_near_one(left, [0, 1, 0, 0, 0, 0])
+    patches, areas = reach.patches, room.faces.areas()
+    f = np.array(box_form_factors(DIMS))
+    factors = FormFactors((areas[:, None] * f + areas * f.T) / 2, areas)
+    straight = np.repeat(f[:, 1], np.bincount(patches.face))[:, None] * np.ones(3)
+    terms, lights = make_terms(room, patches, reach.live), area_lights(room)
+    level = solved(room, reach, made.recipe, terms, lights, patches.face, factors, straight)
+    exact = box_of_one_lamp(left)
+    found = means(level.coefficients)
+    assert found == pytest.approx([float(x) for x in exact], rel=bound)
+    apart = [float(x - exact[0]) for x in exact[1:]]
+    assert found[1:] - found[0] == pytest.approx(apart, rel=bound)
+
+
+@pytest.mark.parametrize("left", [1e-6, 1e-9])
+def test_counted_factors_keep_the_mean_near_reflectance_1(left):
+    """Power in over power absorbed; faces differ as they do with linear elements."""
+    room, reach, made, means = room_near_one(left, [0, 1, 0, 0, 0, 0])
+    level = solve_clusters(room, reach, made.recipe, made.clusters)
+    areas, found = room.faces.areas(), means(level.coefficients)
+    assert found @ areas * left == pytest.approx(areas[1], rel=1e-6)
+    exact = face_means(room, 0.01)
+    apart = (found - found[0]) - (exact - exact[0])
+    assert np.abs(apart).max() < 2e-3 * np.ptp(exact)  # the noise of 1.5e6 rays
 
 
 @pytest.mark.parametrize("rho", [0.5, 0.99])

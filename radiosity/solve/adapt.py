@@ -64,7 +64,7 @@ def refined(
         estimate = compare(level, check, goal)
         if estimate.reached <= plan.accuracy:
             break
-        shares = blame(level, check.level, *estimate.places)
+        shares = blame(level, check.level, *estimate.judged)
         most = min(most, coarse.count * clock.room() ** (1.0 / STEEP))
         wanted = np.clip(AIM * plan.accuracy / estimate.reached, *STEPS)
         coarse = refine(coarse, shares, float(wanted), most)

@@ -180,7 +180,11 @@ def _straight(reach, rows, lights, seed, progress):
 
 
 def solved(scene, reach, recipe, terms, lights, labels, factors, straight) -> Clustered:
-    """Solve the system of clusters and send its light down to the patches."""
+    """Solve the system of clusters and send its light down to the patches.
+
+    What of the straight light is reflected is scaled to the power that leaves the lamps and stays,
+    so that none is lost or made however often it is reflected.
+    """
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     area, n = patches.area[rows], labels.max(initial=-1) + 1
     rho, emission = terms.reflectance[rows], terms.emission[rows]
@@ -193,9 +197,11 @@ def solved(scene, reach, recipe, terms, lights, labels, factors, straight) -> Cl
     def mean(x):
         return pulled(x) / np.bincount(labels, area, n)[:, None]
 
-    system = System(
-        factors, mean(rho), mean(terms.absorptance[rows]), mean(own + rho * (straight + entering))
-    )
+    stays = (1.0 - factors.loss) @ pulled(emission - own)
+    arrived = np.sum(area[:, None] * straight, axis=0)
+    kept = straight * np.divide(stays, arrived, out=np.ones(3), where=(arrived > 0) & (stays > 0))
+    source = mean(own + rho * (kept + entering))
+    system = System(factors, mean(rho), mean(terms.absorptance[rows]), source)
     solver = suited(recipe.solver, system, np.ones(n, bool))
     b, history = solve_bands(solver, system, recipe.tolerance, recipe.force)
     e = straight + entering + (factors @ b)[labels]

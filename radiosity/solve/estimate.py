@@ -13,8 +13,7 @@ import numpy as np
 from radiosity.light.photometry import luminance
 from radiosity.solve.level import Level
 from radiosity.transport.arrival import Arrival
-from radiosity.transport.polygon import first_half, place_evenly
-from radiosity.transport.sampling import hashed, sobol
+from radiosity.transport.sampling import hashed, places
 
 # Of the difference: to halved cells, to linear elements, to a quarter of the clusters and half of
 # the rays, whose noise is as large as that of the difference.
@@ -58,7 +57,7 @@ class Estimate:
         Live patches at points of which the levels were compared.
     found : (k, 3) float64
         Their error bars, W/m2.
-    places : tuple
+    judged : tuple
         The points (m, 3), their normals, and what an error in W/m2 at each is worth (m,).
     """
 
@@ -69,7 +68,7 @@ class Estimate:
     kernel: float
     patches: np.ndarray
     found: np.ndarray
-    places: tuple
+    judged: tuple
 
     def on_patches(self, e: np.ndarray) -> np.ndarray:
         """Return (m, 3) error bars of irradiances e (m, 3) on the live patches.
@@ -105,7 +104,8 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
     """
     patches, rows = level.reach.patches, level.rows
     chosen, area = _chosen(patches.area[rows])
-    points = _one_a_patch(patches.vertices[rows[chosen]], rows[chosen])
+    shifts = np.array([hashed(int(row), PLACE, 0) for row in rows[chosen]], np.uint64)
+    points = places(patches.vertices[rows[chosen]], 0, shifts)
     normals, many = patches.normal[rows[chosen]], len(chosen)
     if goal is not None:
         points = np.concatenate([points, goal.points])
@@ -129,8 +129,8 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
     if goal is not None:
         count, area = slice(many, None), np.ones(len(goal.points))
         reached = _quantile(relative[count], area)
-    places = points[count], normals[count], np.sqrt(area / area.sum()) / unit[count]
-    return replace(made, reached=reached, patches=patch, found=np.sqrt(total), places=places)
+    judged = points[count], normals[count], np.sqrt(area / area.sum()) / unit[count]
+    return replace(made, reached=reached, patches=patch, found=np.sqrt(total), judged=judged)
 
 
 def noise_of(here: Arrival, there: Arrival, share: float) -> np.ndarray:
@@ -160,14 +160,3 @@ def _quantile(values, weight) -> float:
     order = np.argsort(values)
     share = np.cumsum(weight[order]) / weight.sum()
     return float(values[order[np.searchsorted(share, QUANTILE)]])
-
-
-def _one_a_patch(vertices, rows) -> np.ndarray:
-    """Return (m, 3): an evenly chosen point of each patch."""
-    points, x = np.empty((len(rows), 3)), np.empty(3)
-    for k, row in enumerate(rows):
-        shift = int(hashed(int(row), PLACE, 0))
-        s, t = sobol(k, 0, np.uint64(shift)), sobol(k, 1, np.uint64(shift >> 32))
-        place_evenly(vertices[k], first_half(vertices[k]), s, t, x)
-        points[k] = x
-    return points

@@ -12,19 +12,18 @@ import numpy as np
 from radiosity.scene.model import Scene
 from radiosity.solve.adapt import AIM, ROUNDS, STEPS, first_mesh, refined
 from radiosity.solve.level import STIFF, solve_level
-from radiosity.solve.plan import BYTES, MOST_LINEAR, Plan, make_plan
+from radiosity.solve.plan import BYTES, FACE, MOST_LINEAR, Plan, make_plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.system import area_lights
 
 TRIED = 0.1  # accuracy of the try
 # Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
 # to the power PAIRS; a round of refinement, its check and what compares them, is WHOLE times that.
-GROWTH, PAIRS, WHOLE = 0.68, 1.6, 1.5
+GROWTH, PAIRS, WHOLE = 0.68, 1.6, 1.7
 HALVING = 2.0 ** (GROWTH * PAIRS)  # times as long for half the error
-BASE = 1.85e8  # bytes of the program itself
+BASE = 1.9e8  # bytes of the program itself
 # Seconds of scenes of many faces: for each face, each counted ray, each squared cluster.
 A_FACE, A_RAY, A_PAIR = 8e-5, 2.5e-7, 4e-7
-BYTES_A_FACE = 1.6e3
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ def foresee(scene: Scene, plan: Plan) -> Forecast:
     first = 4 * first_mesh(scene, plan, None).count
     rounds = _rounds(level, estimate.reached, first, plan.accuracy)
     once, pair = _timed(level, check.level, tried.recipe)
-    seconds = float(np.sum(once + WHOLE * pair * rounds**PAIRS))
+    seconds = float(WHOLE * np.sum(once + pair * rounds**PAIRS))
     patches = int(rounds[-1])
     memory = BASE + BYTES[1] * patches**2
     found = _requirements(scene, plan, level.reach, bool(level.outside.any()))
@@ -117,7 +116,7 @@ def _of_clusters(scene, plan):
     reach = find_reach(scene, plan.division, plan.recipe.seed)
     faces = len(scene.faces)
     seconds = A_FACE * faces + A_RAY * plan.recipe.counted + A_PAIR * plan.clusters**2
-    memory = BASE + BYTES_A_FACE * faces + BYTES[0] * plan.clusters**2
+    memory = BASE + FACE * faces + BYTES[0] * plan.clusters**2
     found = _requirements(scene, plan, reach, None)
     return Forecast(plan, found, int(reach.live.sum()), seconds, memory)
 

@@ -14,8 +14,7 @@ from radiosity.solve.methods import SOLVERS
 from radiosity.solve.plan import plan_of_clusters
 from radiosity.solve.solution import Solution
 from radiosity.solve.solve import solve
-from radiosity.transport.polygon import first_half, place_evenly
-from radiosity.transport.sampling import sobol
+from radiosity.transport.sampling import places
 
 ASKED = (0.1, 0.05, 0.03, 0.02, 0.01, 0.005, 0.003, 0.002, 0.001)
 FINER = 4.0  # how many times as accurate as the best answer the reference is asked to be
@@ -38,7 +37,7 @@ class Trial:
     patches : int
         Live ones, or clusters.
     seconds : float
-        Warm, of solving alone.
+        Warm, of solving and of what is said of the error.
     memory : int
         Bytes of the form factors.
     estimated, error : float
@@ -83,14 +82,9 @@ def make_reference(scene: Scene, accuracy: float) -> Reference:
 def _points_on(solution):
     """Return POINTS points evenly over the lit surfaces, and the normals there."""
     area = solution.patches.area * solution.live
-    share, x = np.cumsum(area) / area.sum(), np.empty(3)
+    share = np.cumsum(area) / area.sum()
     rows = np.searchsorted(share, (np.arange(POINTS) + 0.5) / POINTS)
-    points, zero = np.empty((POINTS, 3)), np.uint64(0)
-    for k, row in enumerate(rows):
-        polygon = solution.patches.vertices[row]
-        s, t = sobol(k, 2, zero), sobol(k, 3, zero)
-        place_evenly(polygon, first_half(polygon), s, t, x)
-        points[k] = x
+    points = places(solution.patches.vertices[rows], 2, np.zeros(POINTS, np.uint64))
     return points, solution.patches.normal[rows]
 
 
@@ -100,11 +94,12 @@ def trials(scene: Scene, finest: float, reference: Reference) -> Iterator[Trial]
         make()  # compiled code is loaded
         begun = time.perf_counter()
         solution = make()
+        reached = solution.estimate.reached
         seconds = time.perf_counter() - begun
         factors = solution.level.factors
         matrix, _ = factors.rows()
         yield Trial(
-            way, accuracy, len(factors.area), seconds, matrix.nbytes, solution.estimate.reached,
+            way, accuracy, len(factors.area), seconds, matrix.nbytes, reached,
             reference.error_of(solution),
         )  # fmt: skip
 

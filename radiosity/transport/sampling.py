@@ -9,6 +9,8 @@ import math
 import numpy as np
 from numba import njit
 
+from radiosity.transport.polygon import first_half, place_evenly
+
 BITS = 32
 UNIT = 1.0 / 4294967296.0
 
@@ -75,6 +77,20 @@ def _digits(index, dimension):
         index >>= 1
         k += 1
     return bits
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def places(polygons, dimension, shifts):
+    """Return (m, 3) one point in each of polygons (m, 4, 3), evenly spread over all of them.
+
+    By two coordinates, from ``dimension`` on, of the Sobol points, with shifts (m,) uint64.
+    """
+    points = np.empty((len(polygons), 3))
+    for k in range(len(polygons)):
+        s = sobol(k, dimension, shifts[k])
+        t = sobol(k, dimension + 1, shifts[k] >> np.uint64(32))
+        place_evenly(polygons[k], first_half(polygons[k]), s, t, points[k])
+    return points
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
