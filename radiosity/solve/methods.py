@@ -102,7 +102,10 @@ def gauss_seidel(system: System, tolerance: float, watch: Watch | None = None):
     share = np.divide(1.0, area, out=np.zeros(len(area)), where=area > 0.0)
     gain = system.reflectance * share[:, None]
     blocks = [slice(first, first + BLOCK) for first in range(0, len(b), BLOCK)]
-    most = gain * np.concatenate([np.abs(matrix[k]).sum(axis=1) for k in blocks])[:, None]
+    sums = np.empty(len(b))
+    for k in blocks:
+        sums[k] = np.abs(matrix[k]).sum(axis=1)
+    most = gain * sums[:, None]
     for _ in range(LIMIT):
         before = b.copy()
         for k in blocks:

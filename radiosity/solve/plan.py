@@ -22,7 +22,7 @@ SOLVED, RULE, FADES, FINEST_RULE = 1e-5, 3e-2, 0.1, 1e-7
 # Bytes at the peak a pair of patches; measured for order 0: 28 while closure is repaired, 39 with
 # the direct solver (29 with the others); for order 1: 88 to 125. And a face, in the trees that are
 # searched.
-FACTORS, FACE, BYTES = 32, 3000, (40, 110)
+FACTORS, FACE, BYTES = 32, 2500, (40, 110)
 # Patches for the accuracy 1: more as its inverse to the power MORE of linear elements, which are
 # refined, and as its inverse of constant ones, whose order is 2 in the size of the patches.
 PATCHES_AT_UNIT_ACCURACY, MORE, CONSTANT_AT_UNIT_ACCURACY = 9.0, 0.7, 15.0
