@@ -20,7 +20,7 @@ from radiosity.transport.sampling import hashed, places
 HALVED, REFINED, COARSER = 0.42, 1.0, 0.5
 QUANTILE, DIM = 0.95, 0.1
 SCATTER = 1.25  # of the rms difference, what bars have at least: two levels may agree by chance
-LEAST, MOST = 256, 2000  # points at which levels are compared
+LEAST, MOST, GOALS = 256, 2000, 500  # points at which levels are compared
 PLACE = 1 << 42  # tells the pattern of these points from others
 
 
@@ -91,10 +91,18 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Goal:
-    """The points that an answer is asked for, (k, 3), and their unit normals."""
+    """The points that an answer is asked for, (k, 3), and their unit normals; of many, some."""
 
     points: np.ndarray
     normals: np.ndarray
+
+    @staticmethod
+    def of(points: np.ndarray, normals: np.ndarray, seed: int) -> "Goal":
+        """Return all of the points, or GOALS of them, chosen by chance."""
+        if len(points) <= GOALS:
+            return Goal(points, normals)
+        some = np.random.default_rng(seed).choice(len(points), GOALS, replace=False)
+        return Goal(points[some], normals[some])
 
 
 def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:

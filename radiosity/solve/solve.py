@@ -65,7 +65,7 @@ def solve(
         Called with the coefficients of the radiosities at every iterate, of ``southwell`` with
         their ambient correction.
     goal : (points, normals), optional
-        Refine until the error at these points (k, 3) meets the accuracy, wherever else it does.
+        Refine for these points (k, 3) only, until 95 % of their errors meet the accuracy.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def solve(
         scene, accuracy, mesh, order=order, solver=solver, seed=seed, force=force, seconds=seconds
     )
     check_memory(plan.clusters or plan.division.count, memory, plan.recipe.order)
-    aim = None if goal is None else Goal(*checked_points(*goal))
+    aim = None if goal is None else Goal.of(*checked_points(*goal), seed)
     if plan.adapts:
         if plan.clusters:
             found = refined_clusters(scene, plan, memory, progress, aim)
