@@ -1,5 +1,6 @@
 """Plots: the trade of speed for accuracy."""
 
+from itertools import groupby
 from os import PathLike
 
 from radiosity.solve.tradeoff import Trial
@@ -18,8 +19,10 @@ def plot_tradeoff(found: list[Trial], name: str, path: str | PathLike) -> None:
         mine = [t for t in found if t.way == way]
         seconds, error = [t.seconds for t in mine], [100 * t.error for t in mine]
         axes.loglog(seconds, error, marker, color=colour, label=way)
-        for t in mine:
-            axes.annotate(f"{100 * t.accuracy:g} %", (t.seconds, 100 * t.error), (4, 4),
+        for _, same in groupby(mine, key=lambda t: t.patches):  # one answer to several accuracies
+            some = list(same)
+            label = ", ".join(f"{100 * t.accuracy:g}" for t in some)
+            axes.annotate(f"{label} %", (some[0].seconds, 100 * some[0].error), (4, 4),
                           textcoords="offset points", fontsize=7, color=colour)  # fmt: skip
     axes.set_xlabel("time to solve, s")
     axes.set_ylabel("true error, % (95 % of the surfaces)")
