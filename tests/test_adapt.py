@@ -8,7 +8,8 @@ from scenes_for_tests import block, box, l_room, scene
 
 from radiosity.scene.model import SceneError
 from radiosity.solve import adapt, plan
-from radiosity.solve.adapt import Clock
+from radiosity.solve.adapt import Clock, first_mesh
+from radiosity.solve.plan import Refused, make_plan
 from radiosity.solve.solve import solve
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -179,3 +180,32 @@ def test_a_goal_asks_for_its_points_only():
 def test_the_parts_of_the_error_make_it_up():
     found = solve(furnished(), 0.02).estimate
     assert found.kernel < found.mesh <= found.reached <= found.mesh + found.kernel
+
+
+def test_a_mesh_as_coarse_as_can_be_is_solved_or_refused():
+    """Between what its cells and what its patches need: once an endless search for larger cells."""
+    boxes = [box((k, 0, 0), (k + 0.5, 0.5, 0.5)) for k in range(49)]
+    made = scene(np.concatenate(boxes), 0.5, [1.0] * 294)
+    planned = make_plan(made, 0.05)
+    for memory in (1e8, 2e8, 1e9):
+        try:
+            assert first_mesh(made, planned, memory).count == 294
+        except Refused as refused:
+            assert "--memory" in str(refused) and memory < 1e9
+
+
+def test_goals_do_not_meet_their_accuracy_by_chance():
+    """The estimate at a single point is at least what the cells' shares add up to."""
+    model = SCENES["door"]()
+    for x in (0.7, 1.5, 2.5, 3.5):
+        goal = np.array([[x, 1.4, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+        found, exact = (solve(model, a, goal=goal) for a in (0.02, 0.002))
+        y, z = (s.irradiance(*goal)[0] @ LUMINANCE for s in (found, exact))
+        off = np.abs(y - z) / np.maximum(z, 0.1 * exact.estimate.scale)
+        assert off.max() <= 2.0 * found.estimate.reached + exact.estimate.reached <= 0.05
+
+
+def test_a_goal_in_the_dark_is_dark():
+    goal = np.array([[1.0, 1.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    found = solve(scene(ROOM, 0.5), 0.02, goal=goal)
+    assert not found.irradiance(*goal)[0].any() and found.estimate.reached == 0.0

@@ -6,7 +6,6 @@ from scenes_for_tests import SQUARE, block, box, scene, uv_sphere
 
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Phong, Scene
-from radiosity.solve import estimate, requirements
 from radiosity.solve.plan import make_plan
 from radiosity.solve.requirements import foresee
 from radiosity.solve.solve import solve
@@ -135,4 +134,8 @@ def test_predicted_patches_are_about_those_that_are_solved():
     for accuracy in (0.1, 0.02, 0.003):
         forecast = foresee(made, make_plan(made, accuracy))
         assert len(solve(made, accuracy).level.rows) == pytest.approx(forecast.patches, rel=0.5)
-    assert requirements.GROWTH < 1.1 and 0 < estimate.HALVED < 1
+
+
+def test_a_scene_without_light_has_a_forecast():
+    dark = scene(ROOM, 0.5)
+    assert foresee(dark, make_plan(dark, 0.05)).patches >= 1

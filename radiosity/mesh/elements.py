@@ -54,6 +54,10 @@ class Elements:
         slopes = coefficients[n:].reshape(2, n, -1)
         return np.einsum("anm,nac->nmc", slopes, self.axes)
 
+    def slopes(self, gradients: np.ndarray) -> np.ndarray:
+        """Return (2, n, m): the coefficients b_1 and b_2 of fields of gradients (n, m, 3)."""
+        axes = self.axes / np.sum(self.axes**2, axis=2, keepdims=True)
+        return np.einsum("nmc,nac->anm", gradients, axes)
 
     def at(self, points: np.ndarray, owner: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
         """Return (k, m): a field's values at points (k, 3) of the patches ``owner`` (k,)."""

@@ -10,7 +10,16 @@ from radiosity.mesh.elements import make_elements
 from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.scene.model import Scene
 from radiosity.solve.clustered import Clustered, coarser, solve_clusters
-from radiosity.solve.estimate import COARSER, HALVED, REFINED, Check, Estimate, Goal, compare
+from radiosity.solve.estimate import (
+    COARSER,
+    HALVED,
+    REFINED,
+    Check,
+    Estimate,
+    Goal,
+    compare,
+    unluckier,
+)
 from radiosity.solve.level import Level, solve_level
 from radiosity.solve.methods import Watch
 from radiosity.solve.plan import (
@@ -62,12 +71,16 @@ def refined(
         like = level.reach
         check = Check(solve_level(scene, coarse, recipe, like=like, memory=memory), HALVED)
         estimate = compare(level, check, goal)
-        if estimate.reached <= plan.accuracy:
+        if goal is None and estimate.reached <= plan.accuracy:
             break
         shares = blame(level, check.level, *estimate.judged)
-        most = min(most, coarse.count * clock.room() ** (1.0 / STEEP))
+        if goal is not None:
+            estimate = unluckier(estimate, check, shares)
+            if estimate.reached <= plan.accuracy:
+                break
+        room = min(most, coarse.count * clock.room() ** (1.0 / STEEP))
         wanted = np.clip(AIM * plan.accuracy / estimate.reached, *STEPS)
-        coarse = refine(coarse, shares, float(wanted), most)
+        coarse = refine(coarse, shares, float(wanted), room)
         if coarse is None:
             break
     return level, check, estimate
@@ -81,7 +94,7 @@ def first_mesh(scene: Scene, plan: Plan, memory: float | None) -> Division:
         if fits(CUT * 4 * coarse.count, 1, memory):
             return coarse
         if coarse.count <= len(scene.faces):
-            check_memory(4 * coarse.count, memory, 1)
+            check_memory(int(CUT * 4 * coarse.count) + 1, memory, 1)
         size *= SLOWEST
 
 
@@ -159,8 +172,7 @@ def smoothed(level: Level) -> Level:
     around = find_neighbours(patches, live, level.scene.faces.material[patches.face])
     elements = make_elements(patches, level.rows, 1)
     slope = gradients(patches, around, level.on_patches(level.coefficients))[level.rows]
-    axes = elements.axes / np.sum(elements.axes**2, axis=2, keepdims=True)
-    slopes = np.einsum("nmc,nac->anm", slope, axes).reshape(-1, slope.shape[1])
+    slopes = elements.slopes(slope).reshape(-1, slope.shape[1])
     sight = level.senders.sight
     senders = make_senders(elements, sight.geometry, level.senders.visibility, sight.tolerance)
     both = np.concatenate([level.coefficients, slopes])

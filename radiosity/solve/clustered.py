@@ -183,7 +183,7 @@ def solved(scene, reach, recipe, terms, lights, labels, factors, straight) -> Cl
     """Solve the system of clusters and send its light down to the patches.
 
     What of the straight light is reflected is scaled to the power that leaves the lamps and stays,
-    so that none is lost or made however often it is reflected.
+    so that none is lost or made, in all, however often it is reflected.
     """
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     area, n = patches.area[rows], labels.max(initial=-1) + 1

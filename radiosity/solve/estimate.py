@@ -141,6 +141,15 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
     return replace(made, reached=reached, patches=patch, found=np.sqrt(total), judged=judged)
 
 
+def unluckier(estimate: Estimate, check: Check, shares: np.ndarray) -> Estimate:
+    """Return an estimate that no cancelling shares of cells (cells,) in the difference make small.
+
+    At the few points of a goal two levels may agree by chance.
+    """
+    least = check.share * float(np.sqrt(np.sum(shares**2)))
+    return replace(estimate, reached=max(estimate.reached, least))
+
+
 def noise_of(here: Arrival, there: Arrival, share: float) -> np.ndarray:
     """Return two standard errors of what rays told of a solution, and of its check's ``share``."""
     return 2.0 * np.hypot(here.error, share * there.error)

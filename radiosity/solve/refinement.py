@@ -19,7 +19,7 @@ MOST_POINTS = 256
 SWEEPS, SETTLED = 30, 0.01  # of the adjoint solution: at most, and the change that ends them
 ORDER = 2.0  # of a cell's share of the error in its size
 LARGEST = 4.0  # factor that a cell is divided by at once
-LEAST = 1.5  # factor that all cells become more by: a round costs too much for less
+LEAST, WORTH = 1.5, 1.2  # factors that all cells become more by: where there is room, where not
 
 
 def blame(
@@ -36,13 +36,16 @@ def blame(
         What an error of irradiance, in W/m2 (luminance-weighted), is worth at each.
     """
     grid, rows = level.reach.patches.grid, level.rows
+    if len(rows) == 0:
+        return np.zeros(coarse.reach.patches.grid.division.count)
     some = np.unique(np.linspace(0, len(points) - 1, MOST_POINTS).astype(int))
     weights = all_weights(level.senders, points[some], normals[some], level.recipe.seed)
+    k = len(some)
     random = np.random.default_rng(level.recipe.seed)
-    signs = random.choice([-1.0, 1.0], (SIGNS, len(some)))
+    signs = np.sqrt(k) * np.eye(k) if k <= SIGNS else random.choice([-1.0, 1.0], (SIGNS, k))
     share = _importance(level, (signs * worth[some]) @ weights) * _residual(level, coarse)
-    share = luminance(share).reshape(SIGNS, 3, len(rows)).sum(axis=1)
-    fronts = np.where(rows < level.reach.patches.fronts, rows, _fronts(level.reach.patches)[rows])
+    share = luminance(share).reshape(len(signs), 3, len(rows)).sum(axis=1)
+    fronts = _fronts(level.reach.patches)[rows]
     cell = np.repeat(np.arange(len(grid.start) - 1), np.diff(grid.start))[fronts]
     split = grid.division.splits[-1]
     parent = np.repeat(np.arange(len(split)), split**2)[cell]
@@ -59,7 +62,10 @@ def _fronts(patches):
 
 
 def _importance(level, weights):
-    """Return (k, width m, 3): the solutions p = w + p rho F for rows of weights (k, width m)."""
+    """Return (k, width m, 3): the solutions p = w + p rho F for rows of weights (k, width m).
+
+    To SETTLED, or, where bounces hardly fade, their first SWEEPS: they only choose cells.
+    """
     rho = np.tile(level.terms.reflectance[level.rows], (3, 1))
     matrix, found = level.factors.matrix, np.empty((*weights.shape, 3))
     for band in range(3):
@@ -91,9 +97,7 @@ def _put_on(level, coarse):
     place = np.full(len(theirs) + 1, -1)
     place[coarse.rows] = np.arange(len(coarse.rows))
     owner, elements, b = place[parent], coarse.senders.elements, coarse.coefficients
-    slope = elements.gradients(b)[owner]
-    axes = level.senders.elements.axes
-    along = np.einsum("nmc,nac->anm", slope, axes) / np.sum(axes**2, axis=2).T[:, :, None]
+    along = level.senders.elements.slopes(elements.gradients(b)[owner])
     found = np.concatenate([elements.at(centres, owner, b)[None], along])
     found[:, owner < 0] = 0.0
     return found.reshape(-1, b.shape[1])
@@ -104,7 +108,7 @@ def refine(division: Division, shares: np.ndarray, wanted: float, most: float) -
 
     A cell's error falls as the size of its parts to the power ORDER, and errors of cells add in
     quadrature: with the fewest parts in all, their size is a power of the cell's share. None where
-    nothing is left to divide.
+    nothing is left to divide, or ``most`` allows too few more cells to be worth a round.
 
     Parameters
     ----------
@@ -122,6 +126,8 @@ def refine(division: Division, shares: np.ndarray, wanted: float, most: float) -
     split = _cut_to(shares, low)
     if np.sum(split**2) > most:
         split = _cut_to(shares, high)
+        if np.sum(split**2) < WORTH * division.count:
+            return None
     return division.divided(split.astype(int)) if np.any(split > 1) else None
 
 

@@ -82,7 +82,7 @@ def _rounds(level, reached, first, accuracy) -> np.ndarray:
 
     Of meshes of ``first`` cells at first, when a ``level`` has ``reached`` its error.
     """
-    cells, many = level.reach.patches.grid.division.count, len(level.rows)
+    cells, many = level.reach.patches.grid.division.count, max(1, len(level.rows))
     found = [max(many, many * first / cells)]
     error = reached * (many / found[0]) ** (1.0 / GROWTH)
     while error > accuracy and found[-1] < MOST_LINEAR and len(found) < ROUNDS:

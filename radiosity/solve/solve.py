@@ -65,7 +65,8 @@ def solve(
         Called with the coefficients of the radiosities at every iterate, of ``southwell`` with
         their ambient correction.
     goal : (points, normals), optional
-        Refine for these points (k, 3) only, until 95 % of their errors meet the accuracy.
+        Refine for these points (k, 3) only, until 95 % of their errors meet the accuracy; of more
+        than 500, some are judged.
 
     Raises
     ------

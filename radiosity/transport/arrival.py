@@ -158,8 +158,7 @@ def arriving(
     inexact = senders.sight.tolerance[:, None]
 
     def work(a, b):
-        weights, doubt = weights_of(senders, points[a:b], normals[a:b], a, lift=lift, seed=seed)
-        found.seen[a:b] = close(weights, n, doubt, senders.blur)
+        weights, doubt, found.seen[a:b] = _closed(senders, points, normals, a, b, lift, seed)
         found.total[a:b] = weights @ coefficients
         found.error[a:b] = RULED * (weights[:, :n] @ (inexact * np.abs(coefficients[:n])))
         if doubt is not None:
@@ -177,14 +176,16 @@ def all_weights(
     found = np.empty((len(points), senders.elements.width * n))
 
     def work(a, b):
-        here = slice(a, b)
-        found[here], doubt = weights_of(
-            senders, points[here], normals[here], a, lift=LIFT, seed=seed
-        )
-        close(found[here], n, doubt, senders.blur)
+        found[a:b] = _closed(senders, points, normals, a, b, LIFT, seed)[0]
 
     over_ranges(work, len(points), points_at_once(n))
     return found
+
+
+def _closed(senders, points, normals, a, b, lift, seed):
+    """Return the closed weights of points a to b - 1, their doubt, and what each sees."""
+    weights, doubt = weights_of(senders, points[a:b], normals[a:b], a, lift=lift, seed=seed)
+    return weights, doubt, close(weights, len(senders.elements), doubt, senders.blur)
 
 
 def points_at_once(patches: int) -> int:

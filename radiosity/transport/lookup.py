@@ -19,7 +19,8 @@ Table.__doc__ = """The arrays that `whole_side` and `cut_side` read.
 
 A face's point x has the coordinates s', t' = (x - origin) . (along, across); on a quadrilateral
 s + skew[0] s t = s' and t + skew[1] s t = t' give its bilinear s and t. ``whole`` is the front
-that fills a cell, -1 where it is cut or another face lies on it. The rest is as in `Patches`,
+that fills a cell, -1 where it is cut or another face lies on it. Of the k-th nested grids ``split``
+begins at levels[k] and ``begin`` at levels[k] + k, see `Division`. The rest is as in `Patches`,
 fronts only.
 """
 
@@ -31,6 +32,7 @@ def make_table(faces: Faces, patches: Patches) -> Table:
     one, two = v[:, 1] - v[:, 0], np.where(triangle[:, None], v[:, 2], v[:, 3]) - v[:, 0]
     normal = faces.normals()
     det = np.einsum("fc,fc->f", np.cross(one, two), normal)[:, None]
+    det[det == 0.0] = 1.0  # two corners of a quadrilateral in one place
     along, across = np.cross(two, normal) / det, np.cross(normal, one) / det
     twist = np.where(triangle[:, None], 0.0, v[:, 0] - v[:, 1] + v[:, 2] - v[:, 3])
     skew = np.stack([np.einsum("fc,fc->f", twist, d) for d in (along, across)], axis=1)
