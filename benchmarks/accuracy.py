@@ -7,18 +7,16 @@ allowed, and our own far finer solutions at 500 points of all surfaces. The erro
 `--accuracy` bounds: relative to the luminance at a point or a tenth of its mean; 95 % lie below.
 """
 
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
+from rooms import SCENES as ROOMS
+from tables import begin
 
 import radiosity
 from radiosity.light.photometry import luminance
 from radiosity.solve.tradeoff import make_reference
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from rooms import SCENES as ROOMS  # noqa: E402
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 ASKED = (0.1, 0.03, 0.01, 0.003)
@@ -68,9 +66,7 @@ def row(name, scene, points, normals, y, rest, mean, dark=None):
 
 
 def main():
-    print(__doc__.split("\n\n")[0].strip() + "\n")
-    print("| scene | asked | patches | solve s | said | true | bars cover | kept |")
-    print("|---|---|---|---|---|---|---|---|")
+    begin(__doc__, "scene | asked | patches | solve s | said | true | bars cover | kept")
     pooled = []
     for name in REFERENCES:
         scene = radiosity.load(SCENES / f"{name}.toml")

@@ -13,14 +13,13 @@ import time
 from pathlib import Path
 
 import numpy as np
+from rooms import SCENES as ROOMS
+from tables import begin
 
 import radiosity
 from radiosity.solve.methods import NotConverged
 from radiosity.solve.plan import SOLVER_NAMES
 from radiosity.solve.tradeoff import make_reference
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from rooms import SCENES as ROOMS  # noqa: E402
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 ASKED = (0.1, 0.05, 0.03, 0.01, 0.003)
@@ -69,9 +68,10 @@ def measured(scene, accuracy, options, enough=np.inf):
 
 
 def main():
-    print(__doc__.split("\n\n")[0] + "\n")
-    print("| scene | asked | s | true error | fastest other as good | s | its error | beaten by |")
-    print("|---|---|---|---|---|---|---|---|")
+    begin(
+        __doc__,
+        "scene | asked | s | true error | fastest other as good | s | its error | beaten by",
+    )
     for name, scene in scenes():
         reference = make_reference(scene, 0.003)
         for asked in ASKED:

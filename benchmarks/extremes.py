@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 from rooms import furnished
+from tables import begin
 
 import radiosity
 from radiosity.solve.limits import ROOM, room_of
@@ -23,9 +24,7 @@ REFUSED = {
 
 
 def main():
-    print(__doc__.split("\n\n")[0].strip() + "\n")
-    print("| case | expected | found | error | bound | seconds |")
-    print("|---|---|---|---|---|---|")
+    begin(__doc__, "case | expected | found | error | bound | seconds")
     for c in run_suites(["extremes", "limits"]):
         kept = "" if c.passed else " NOT KEPT"
         values = f"{c.expected:.10g} | {c.found:.10g} | {c.error:.1e} | {c.bound:.0e}{kept}"

@@ -12,6 +12,7 @@ import sys
 import time
 
 import numpy as np
+from tables import begin
 
 SIZES = (10_000, 30_000, 100_000, 300_000)
 
@@ -34,9 +35,7 @@ def one(triangles):
 
 
 def main():
-    print(__doc__.split("\n\n")[0].strip() + "\n")
-    print("| triangles | clusters | seconds | GB | error said |")
-    print("|---|---|---|---|---|")
+    begin(__doc__, "triangles | clusters | seconds | GB | error said")
     found = []
     for size in SIZES:
         run = [sys.executable, __file__, str(size)]

@@ -12,15 +12,15 @@ import time
 from pathlib import Path
 
 import numpy as np
+from rooms import SCENES as ROOMS
+from rooms import furnished
+from tables import begin
 
 import radiosity
 from radiosity.solve.plan import make_plan
 from radiosity.solve.requirements import foresee
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
-from rooms import SCENES as ROOMS  # noqa: E402
-from rooms import furnished  # noqa: E402
 
 ASKED = (0.1, 0.03, 0.01, 0.003)
 FILES = ("lroom", "box6")
@@ -49,9 +49,10 @@ def peak(name, asked):
 
 
 def main():
-    print(__doc__.split("\n\n")[0] + "\n")
-    print("| scene | asked | patches | found | s | took | time ratio | MB | peak | memory ratio |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    begin(
+        __doc__,
+        "scene | asked | patches | found | s | took | time ratio | MB | peak | memory ratio",
+    )
     ratios = []
     for name in (*FILES, *ROOMS, "furnished"):
         scene = made(name)

@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from tables import begin
 
 import radiosity
 from radiosity.light.photometry import luminance
@@ -90,9 +91,7 @@ def main():
     def error(found):
         return np.percentile(np.abs(found - y) / scale, 95)
 
-    print(__doc__.split("\n\n")[0] + "\n")
-    print("| | samples a point | error, 95 % | s | s for 1 % |")
-    print("|---|---|---|---|---|")
+    begin(__doc__, "| samples a point | error, 95 % | s | s for 1 %")
     seconds, found = ours(scene, points, normals)
     print(f"| radiosity | | {error(found):.4f} | {seconds:.1f} | {seconds:.1f} |", flush=True)
     try:

@@ -72,6 +72,14 @@ class Patches:
         return len(self.back_of)
 
     @property
+    def front_of(self) -> np.ndarray:
+        """Return (n,) the front of each patch: itself, or the one that it is the back of."""
+        fronts = np.arange(len(self))
+        behind = np.flatnonzero(self.back_of >= 0)
+        fronts[self.back_of[behind]] = behind
+        return fronts
+
+    @property
     def covered(self) -> np.ndarray:
         """Return (fronts,) bool: fronts in contact, not part of the solution."""
         return self.behind[:, 0] >= 0

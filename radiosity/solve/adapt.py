@@ -18,7 +18,7 @@ from radiosity.solve.estimate import (
     Estimate,
     Goal,
     compare,
-    unluckier,
+    raised,
 )
 from radiosity.solve.level import Level, solve_level
 from radiosity.solve.methods import Watch
@@ -58,7 +58,7 @@ def refined(
     coarse, clock = first_mesh(scene, plan, memory), Clock(plan.seconds)
     level, like, most = None, None, min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / 4
     recipe = plan.recipe
-    for _ in range(ROUNDS):
+    for left in reversed(range(ROUNDS)):
         try:
             level = solve_level(
                 scene, coarse.divided(2), recipe, like=like, watch=watch, memory=memory,
@@ -71,11 +71,11 @@ def refined(
         like = level.reach
         check = Check(solve_level(scene, coarse, recipe, like=like, memory=memory), HALVED)
         estimate = compare(level, check, goal)
-        if goal is None and estimate.reached <= plan.accuracy:
+        if goal is None and (estimate.reached <= plan.accuracy or left == 0):
             break
         shares = blame(level, check.level, *estimate.judged)
         if goal is not None:
-            estimate = unluckier(estimate, check, shares)
+            estimate = raised(estimate, check, shares)
             if estimate.reached <= plan.accuracy:
                 break
         room = min(most, coarse.count * clock.room() ** (1.0 / STEEP))

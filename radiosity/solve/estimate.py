@@ -141,10 +141,10 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
     return replace(made, reached=reached, patches=patch, found=np.sqrt(total), judged=judged)
 
 
-def unluckier(estimate: Estimate, check: Check, shares: np.ndarray) -> Estimate:
-    """Return an estimate that no cancelling shares of cells (cells,) in the difference make small.
+def raised(estimate: Estimate, check: Check, shares: np.ndarray) -> Estimate:
+    """Return an estimate, raised to what the cells' shares (cells,) of it are in quadrature.
 
-    At the few points of a goal two levels may agree by chance.
+    At the few points of a goal they may cancel: two levels agree by chance.
     """
     least = check.share * float(np.sqrt(np.sum(shares**2)))
     return replace(estimate, reached=max(estimate.reached, least))

@@ -45,20 +45,11 @@ def blame(
     signs = np.sqrt(k) * np.eye(k) if k <= SIGNS else random.choice([-1.0, 1.0], (SIGNS, k))
     share = _importance(level, (signs * worth[some]) @ weights) * _residual(level, coarse)
     share = luminance(share).reshape(len(signs), 3, len(rows)).sum(axis=1)
-    fronts = _fronts(level.reach.patches)[rows]
-    cell = np.repeat(np.arange(len(grid.start) - 1), np.diff(grid.start))[fronts]
     split = grid.division.splits[-1]
-    parent = np.repeat(np.arange(len(split)), split**2)[cell]
+    cell = np.repeat(np.arange(len(grid.start) - 1), np.diff(grid.start))
+    parent = np.repeat(np.arange(len(split)), split**2)[cell[level.reach.patches.front_of[rows]]]
     total = np.array([np.bincount(parent, one, minlength=len(split)) for one in share])
     return np.sqrt(np.mean(total**2, axis=0))
-
-
-def _fronts(patches):
-    """Return (n,) the front of each patch, its own or the one that it is the back of."""
-    fronts = np.arange(len(patches))
-    behind = np.flatnonzero(patches.back_of >= 0)
-    fronts[patches.back_of[behind]] = behind
-    return fronts
 
 
 def _importance(level, weights):

@@ -38,16 +38,15 @@ def make_table(faces: Faces, patches: Patches) -> Table:
     skew = np.stack([np.einsum("fc,fc->f", twist, d) for d in (along, across)], axis=1)
     skew[np.abs(skew) < 1e-12] = 0.0
     grid, division = patches.grid, patches.grid.division
-    none, sizes = np.empty(0, np.int64), [len(split) for split in division.splits]
-    levels = np.concatenate([none, np.cumsum([0, *sizes])[:-1]])
+    none, levels = np.empty(0, np.int64), np.cumsum([0, *map(len, division.splits)])[:-1]
     only = grid.start[:-1]
     bare = np.all(patches.behind < 0, axis=1)
     whole = np.where((np.diff(grid.start) == 1) & bare[only], only, -1)
     return Table(
         v[:, 0].copy(), along, across, skew, normal, division.shape, division.first, levels,
         np.concatenate([none, *division.splits]), np.concatenate([none, *division.begin]),
-        whole, grid.start, patches.vertices[:n],
-        patches.normal[:n], patches.face[:n], patches.behind,
+        whole, grid.start, patches.vertices[:n], patches.normal[:n], patches.face[:n],
+        patches.behind,
     )  # fmt: skip
 
 
@@ -97,6 +96,14 @@ def _in_triangle(s, t, n):
 
 
 @njit(cache=True, nogil=True, inline="always")
+def _in_grid(s, t, columns, rows):
+    """Do as `_in_square`, or, where there are no rows, as `_in_triangle`."""
+    if rows > 0:
+        return _in_square(s, t, columns, rows)
+    return _in_triangle(s, t, columns)
+
+
+@njit(cache=True, nogil=True, inline="always")
 def cell_at(table, face, x, finer):
     """Return which cell of a face holds x, numbered as in `Division`.
 
@@ -104,23 +111,14 @@ def cell_at(table, face, x, finer):
     """
     s, t = _coordinates(table, face, x)
     columns, rows = table.shape[face, 0], table.shape[face, 1]
-    if rows > 0:
-        cell, s, t = _in_square(s, t, columns, rows)
-    else:
-        cell, s, t = _in_triangle(s, t, columns)
+    square = min(rows, 1)
+    cell, s, t = _in_grid(s, t, columns, rows)
     cell += table.first[face]
     for k in range(len(table.levels)):
         m = table.split[table.levels[k] + cell]
-        if m > 1:
-            part, s, t = _in_square(s, t, m, m) if rows > 0 else _in_triangle(s, t, m)
-        else:
-            part = 0
+        part, s, t = _in_grid(s, t, m, m * square)
         cell = table.begin[table.levels[k] + k + cell] + part
-    if finer == 1:
-        return cell
-    m = finer
-    part = _in_square(s, t, m, m)[0] if rows > 0 else _in_triangle(s, t, m)[0]
-    return cell * m * m + part
+    return cell * finer * finer + _in_grid(s, t, finer, finer * square)[0]
 
 
 @njit(cache=True, nogil=True)
