@@ -1,10 +1,12 @@
 """Asking for an accuracy: what is reached, what it is told to be, and what a deadline allows."""
 
+import gc
 import time
+import weakref
 
 import numpy as np
 import pytest
-from scenes_for_tests import block, box, l_room, scene
+from scenes_for_tests import SQUARE, block, box, l_room, scene
 
 from radiosity.scene.model import SceneError
 from radiosity.solve import adapt, plan
@@ -180,6 +182,27 @@ def test_a_goal_asks_for_its_points_only():
 def test_the_parts_of_the_error_make_it_up():
     found = solve(furnished(), 0.02).estimate
     assert found.kernel < found.mesh <= found.reached <= found.mesh + found.kernel
+
+
+def test_matrices_of_a_round_are_gone_in_the_next(monkeypatch):
+    made, alive, original = [], [], adapt.solve_level
+
+    def watched(*args, **more):
+        gc.collect()
+        alive.append(sum(matrix() is not None for matrix in made))
+        level = original(*args, **more)
+        made.append(weakref.ref(level.factors))
+        return level
+
+    monkeypatch.setattr(adapt, "solve_level", watched)
+    solve(SCENES["door"](), 0.01)
+    assert len(alive) >= 4 and alive == [0, 1] * (len(alive) // 2)
+
+
+def test_the_memory_of_the_faces_counts():
+    sheets = SQUARE + np.arange(2000)[:, None, None]
+    with pytest.raises(Refused, match=r"2000 faces need about 5.0 MB, more than the 4.0 MB allow"):
+        solve(scene(sheets, 0.5, [1.0] * 2000), 0.1, memory=4e6)
 
 
 def test_a_mesh_as_coarse_as_can_be_is_solved_or_refused():

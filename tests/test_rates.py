@@ -17,6 +17,7 @@ from radiosity.mesh.division import Division
 from radiosity.solve.level import solve_level
 from radiosity.solve.methods import System, gauss_seidel, jacobi
 from radiosity.solve.plan import Recipe
+from radiosity.solve.reach import find_reach
 from radiosity.transport.counting import count_rays, counted_factors
 from radiosity.transport.operator import FormFactors
 
@@ -44,7 +45,7 @@ SCENES = {"smooth": [SMOOTH], "edge": [EDGE], "shadow": SHADOWS}
 def level(room, n, order):
     shape = np.full((len(room.faces), 2), 1)
     shape[:2] = n
-    return solve_level(room, Division(shape), Recipe(order=order, **EXACT))
+    return solve_level(room, find_reach(room, Division(shape), 0), Recipe(order=order, **EXACT))
 
 
 def rule(points):

@@ -10,6 +10,7 @@ from radiosity.mesh.division import Division
 from radiosity.solve import refinement
 from radiosity.solve.level import solve_level
 from radiosity.solve.plan import Recipe
+from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import blame, refine
 from radiosity.transport.arrival import all_weights
 
@@ -27,7 +28,7 @@ def two_rooms():
 
 def levels(room):
     coarse = Division(np.full((len(room.faces), 2), 2))
-    return [solve_level(room, d, RECIPE) for d in (coarse.divided(2), coarse)]
+    return [solve_level(room, find_reach(room, d, 0), RECIPE) for d in (coarse.divided(2), coarse)]
 
 
 def test_shares_add_up_to_the_difference(monkeypatch):
@@ -67,7 +68,7 @@ def test_what_no_point_asks_for_gets_no_blame():
 
 def test_equal_shares_are_divided_equally():
     grid = Division(np.array([[4, 4]]))
-    made = refine(grid, np.ones(16), 0.25, 1e9)
+    made = refine(grid, np.ones(16), 0.25**refinement.FALL, 1e9)
     assert np.array_equal(made.splits[0], np.full(16, 2))  # 2 ** -ORDER
 
 

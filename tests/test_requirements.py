@@ -6,8 +6,8 @@ from scenes_for_tests import SQUARE, block, box, scene, uv_sphere
 
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Phong, Scene
-from radiosity.solve.plan import make_plan
-from radiosity.solve.requirements import foresee
+from radiosity.solve.plan import MOST_LINEAR, make_plan
+from radiosity.solve.requirements import _ahead, foresee
 from radiosity.solve.solve import solve
 from radiosity.transport.visibility import Visibility
 
@@ -128,6 +128,14 @@ def test_the_forecast_grows_with_the_accuracy():
     assert costs[2].seconds > 2 * costs[0].seconds
 
 
+def test_rounds_ahead_are_as_likely_as_the_accuracy_is_far():
+    patches, chance = _ahead(0.011, 100, 0.01, 5)
+    assert patches[0] == 100 and chance[0] == 1.0 and 0.0 < chance[1] < 0.2
+    patches, chance = _ahead(0.5, 100, 0.001, 5)
+    assert len(chance) == 5 and np.all(chance[:4] > 0.9)
+    assert np.all(np.diff(patches) > 0) and patches[-1] <= MOST_LINEAR
+
+
 def test_predicted_patches_are_about_those_that_are_solved():
     """The rest follows from them: memory as their square, time as their power PAIRS."""
     made = TABLE["block in a box"][0]()
@@ -138,4 +146,5 @@ def test_predicted_patches_are_about_those_that_are_solved():
 
 def test_a_scene_without_light_has_a_forecast():
     dark = scene(ROOM, 0.5)
-    assert foresee(dark, make_plan(dark, 0.05)).patches >= 1
+    forecast = foresee(dark, make_plan(dark, 0.05))
+    assert forecast.patches == 0 and 0 < forecast.seconds < 1

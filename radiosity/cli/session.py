@@ -93,12 +93,17 @@ def budget_line(solution) -> str:
     return f"of it: {listed}; half the error takes about {HALVING:.0f} times as long"
 
 
-def judge(solution) -> None:
+def judge(solution, asked: Asked) -> None:
     """End with exit code 1 where a mesh that the program chose did not reach the accuracy."""
+    from radiosity.solve.plan import MOST_CLUSTERS, MOST_LINEAR, most_that_fit
+
     reached, plan = solution.estimate.reached, solution.plan
     if plan.adapts and plan.seconds is None and reached > plan.accuracy:
+        finest = MOST_CLUSTERS if plan.clusters else MOST_LINEAR
+        short = most_that_fit(plan.recipe.order, parse_memory(asked.memory)) < finest
         remark(
             f"radiosity: reached an estimated error of {percent(reached)}, more than the "
-            f"{percent(plan.accuracy)} asked: allow more with --memory, or ask for less"
+            f"{percent(plan.accuracy)} asked: {'allow more with --memory, or ' if short else ''}"
+            "ask for less"
         )
         raise typer.Exit(1)

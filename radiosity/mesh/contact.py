@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from radiosity.mesh.boxes import near_boxes
+from radiosity.mesh.cutting import twice_area
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.facets import Facets, merge_facets
 
@@ -255,7 +256,7 @@ def _clipped(segments, polygon, inward, touch):
 def _overlap(p, q, normal, touch):
     """Whether two convex polygons of one plane share some area (separating lines)."""
     for polygon, other in ((p, q), (q, p)):
-        inward = np.sign(_turn(polygon) @ normal) * _inward(polygon, normal)
+        inward = np.sign(twice_area(polygon) @ normal) * _inward(polygon, normal)
         for corner, inside in zip(polygon, inward, strict=True):
             if ((other - corner) @ inside).max() <= touch:
                 return False
@@ -270,17 +271,12 @@ def _inward(polygon, normal):
 
 def _inside(points, polygon, normal):
     """Whether points lie inside a convex polygon of the same plane, either way round."""
-    turn = np.sign(_turn(polygon) @ normal)
+    turn = np.sign(twice_area(polygon) @ normal)
     inside = np.ones(len(points), bool)
     for k in range(len(polygon)):
         inward = turn * np.cross(normal, polygon[(k + 1) % len(polygon)] - polygon[k])
         inside &= (points - polygon[k]) @ inward > 0
     return inside
-
-
-def _turn(polygon):
-    r = polygon - polygon[0]
-    return np.cross(r[1:-1], r[2:]).sum(axis=0)
 
 
 def _corners(quad):

@@ -28,7 +28,7 @@ def cut_cell(cell: np.ndarray, segments: np.ndarray) -> np.ndarray:
     convex. Their areas add up to the cell's.
     """
     polygon = cell[:3] if np.array_equal(cell[2], cell[3]) else cell
-    normal = _normal(polygon)
+    normal = twice_area(polygon)
     smallest = SMALLEST * np.linalg.norm(normal)
     normal = normal / np.linalg.norm(normal)
     parts = [polygon]
@@ -45,7 +45,7 @@ def _split(polygon, a, b, across, smallest):
     if not (h.max() > 0 > h.min()) or not _reaches(polygon, a, b, h):
         return [polygon]
     sides = [_half(polygon, h), _half(polygon, -h)]
-    if min(np.linalg.norm(_normal(p)) if len(p) > 2 else 0.0 for p in sides) < smallest:
+    if min(np.linalg.norm(twice_area(p)) if len(p) > 2 else 0.0 for p in sides) < smallest:
         return [polygon]
     return sides
 
@@ -63,6 +63,14 @@ def _reaches(polygon, a, b, h):
     return min(along[-1], 1.0) - max(along[0], 0.0) > 1e-6 * (along[-1] - along[0])
 
 
+def common(polygon: np.ndarray, other: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Return the part (k, 3) of a convex polygon in another one of its plane, either way round."""
+    turn = np.sign(twice_area(other) @ normal)
+    for a, b in zip(other, np.roll(other, -1, axis=0), strict=True):
+        polygon = _half(polygon, turn * ((polygon - a) @ np.cross(normal, b - a)))
+    return polygon
+
+
 def _half(polygon, h):
     """Return the part of a convex polygon where h >= 0."""
     out = []
@@ -75,8 +83,8 @@ def _half(polygon, h):
     return np.array(out).reshape(-1, 3)
 
 
-def _normal(polygon):
-    """Return twice the vector area."""
+def twice_area(polygon: np.ndarray) -> np.ndarray:
+    """Return twice the vector area (3,) of a polygon (k, 3)."""
     r = polygon - polygon[0]
     return np.cross(r[1:-1], r[2:]).sum(axis=0)
 

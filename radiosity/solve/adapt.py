@@ -26,7 +26,6 @@ from radiosity.solve.plan import (
     MOST_CLUSTERS,
     MOST_LINEAR,
     Plan,
-    Refused,
     check_memory,
     fits,
     most_that_fit,
@@ -38,7 +37,7 @@ from radiosity.transport.threads import Progress, silent
 
 ROUNDS = 6  # of refinement
 FEW = 150  # patches, of which linear elements are as coarse as constant ones: these are halved
-AIM, STEPS, SLOWEST = 0.65, (0.2, 0.5), 1.15  # of the accuracy; of the error in a round; of a size
+AIM, STEPS, SLOWEST = 0.7, (0.25, 0.8), 1.15  # of the accuracy; of the error in a round; of a size
 CUT = 1.3  # patches to cells: some are cut, some have backs that are lit
 STEEP = 1.8  # power of the number of cells that the time of a round grows by
 SURE, MORE_RAYS = 0.8, 4  # share of a time that is planned with; rays in a round to those before
@@ -50,40 +49,73 @@ def refined(
 ) -> tuple[Level, Check, Estimate]:  # fmt: skip
     """Solve on finer and finer meshes until the estimate meets the plan's accuracy.
 
-    Each round solves the mesh and one of cells twice as large, whose difference tells the error and
-    the cells that cause it: these are divided. Of a ``goal`` only the errors at its points count.
-    Ends early where the next mesh would not fit into ``memory`` bytes: the estimate then says what
-    was reached.
+    Of a ``goal`` only the errors at its points count. Ends early where the next mesh would not fit
+    into ``memory`` bytes: the estimate then says what was reached.
     """
-    coarse, clock = first_mesh(scene, plan, memory), Clock(plan.seconds)
-    level, like, most = None, None, min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / 4
-    recipe = plan.recipe
-    for left in reversed(range(ROUNDS)):
-        try:
-            level = solve_level(
-                scene, coarse.divided(2), recipe, like=like, watch=watch, memory=memory,
-                progress=progress,
-            )  # fmt: skip
-        except Refused:  # more cuts and backs than were expected
-            if level is None:
-                raise
-            break
-        like = level.reach
-        check = Check(solve_level(scene, coarse, recipe, like=like, memory=memory), HALVED)
-        estimate = compare(level, check, goal)
-        if goal is None and (estimate.reached <= plan.accuracy or left == 0):
-            break
-        shares = blame(level, check.level, *estimate.judged)
-        if goal is not None:
-            estimate = raised(estimate, check, shares)
-            if estimate.reached <= plan.accuracy:
-                break
-        room = min(most, coarse.count * clock.room() ** (1.0 / STEEP))
-        wanted = np.clip(AIM * plan.accuracy / estimate.reached, *STEPS)
-        coarse = refine(coarse, shares, float(wanted), room)
-        if coarse is None:
-            break
-    return level, check, estimate
+    rounds = Rounds(scene, plan, memory, watch, progress, goal)
+    while rounds.advance():
+        pass
+    return rounds.level, rounds.check, rounds.estimate
+
+
+class Rounds:
+    """Rounds of refinement, one at a time.
+
+    Each round solves a mesh and one of cells twice as large, whose difference tells the error and
+    the cells that cause it: these are divided.
+
+    Attributes
+    ----------
+    level, check, estimate : Level, Check, Estimate
+        Of the last round.
+    coarse : Division
+        The mesh of large cells, of the next round where there is to be one.
+    left : int
+        Rounds that there may be still.
+    """
+
+    def __init__(
+        self, scene: Scene, plan: Plan, memory: float | None = None, watch: Watch | None = None,
+        progress: Progress = silent, goal: Goal | None = None,
+    ):  # fmt: skip
+        """Choose the first mesh; see `refined`."""
+        self.level = self.check = self.estimate = None
+        self.coarse, self.left = first_mesh(scene, plan, memory), ROUNDS
+        self._scene, self._plan, self._memory, self._goal = scene, plan, memory, goal
+        self._watch, self._progress, self._clock = watch, progress, Clock(plan.seconds)
+        self._most = min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / 4
+        self._reach = self._mesh(self.coarse.divided(2), None)
+
+    def advance(self) -> bool:
+        """Solve a round; return whether another one is needed and fits."""
+        recipe, accuracy, memory = self._plan.recipe, self._plan.accuracy, self._memory
+        self.level = self.check = None  # their matrices go before the next ones come
+        self.level = solve_level(
+            self._scene, self._reach, recipe, watch=self._watch, memory=memory,
+            progress=self._progress,
+        )  # fmt: skip
+        large = self._mesh(self.coarse, self._reach)
+        check = solve_level(self._scene, large, recipe, memory=memory)
+        self.check, self.left = Check(check, HALVED), self.left - 1
+        self.estimate = compare(self.level, self.check, self._goal)
+        if self._goal is None and (self.estimate.reached <= accuracy or not self.left):
+            return False
+        shares = blame(self.level, check, *self.estimate.judged)
+        if self._goal is not None:
+            self.estimate = raised(self.estimate, self.check, shares)
+            if self.estimate.reached <= accuracy or not self.left:
+                return False
+        room = min(self._most, self.coarse.count * self._clock.room() ** (1.0 / STEEP))
+        wanted = float(np.clip(AIM * accuracy / self.estimate.reached, *STEPS))
+        finer = refine(self.coarse, shares, wanted, room)
+        if finer is None:
+            return False
+        self.coarse, self._reach = finer, self._mesh(finer.divided(2), self._reach)
+        return fits(len(self._reach.patches), 1, memory)  # there may be more cuts and backs
+
+    def _mesh(self, division, like):
+        recipe, progress = self._plan.recipe, self._progress
+        return find_reach(self._scene, division, recipe.seed, recipe.force, like, progress)
 
 
 def first_mesh(scene: Scene, plan: Plan, memory: float | None) -> Division:
@@ -123,10 +155,8 @@ def refined_clusters(
 
     Each round is compared with itself on a quarter as many clusters.
     """
-    progress("mesh", 0, 1)
-    reach = find_reach(scene, plan.division, plan.recipe.seed, plan.recipe.force)
-    progress("mesh", 1, 1)
     clusters, recipe, clock = plan.clusters, plan.recipe, Clock(plan.seconds)
+    reach = find_reach(scene, plan.division, recipe.seed, recipe.force, progress=progress)
     for _ in range(ROUNDS):
         level = solve_clusters(scene, reach, recipe, clusters, progress)
         check = Check(coarser(level, clusters // 4), COARSER)
@@ -146,24 +176,26 @@ def check_of(level: Level, plan: Plan, memory: float | None = None) -> Check:
     constant parts. Constant elements: linear ones on the same patches, on halved ones where they
     are few; where they are too many for ``memory``, slopes from neighbours.
     """
-    scene, grid, few = level.scene, level.reach.patches.grid.division, len(level.rows) <= FEW
+    scene, reach, few = level.scene, level.reach, len(level.rows) <= FEW
+    grid = reach.patches.grid.division
     if plan.recipe.order == 0:
         most = min(MOST_LINEAR, most_that_fit(1, memory))
-        if len(level.reach.live) * (4 if few else 1) > most:
+        if len(reach.live) * (4 if few else 1) > most:
             return Check(smoothed(level), REFINED)
         linear = replace(plan.recipe, order=1, solver="gauss-seidel")
         if few:
-            finer = grid.divided(2)
-            check = solve_level(scene, finer, linear, like=level.reach, memory=memory)
-            return Check(check, REFINED)
-        reach = level.reach
-        return Check(solve_level(scene, grid, linear, reach=reach, memory=memory), REFINED)
+            reach = _like(level, grid.divided(2))
+        return Check(solve_level(scene, reach, linear, memory=memory), REFINED)
     coarse = grid.halved()
     if coarse is not None:
-        check = solve_level(scene, coarse, plan.recipe, like=level.reach, memory=memory)
-        return Check(check, HALVED)
-    flat = solve_level(scene, grid, plan.recipe, reach=level.reach, constant=True, memory=memory)
-    return Check(flat, HALVED)
+        return Check(solve_level(scene, _like(level, coarse), plan.recipe, memory=memory), HALVED)
+    return Check(solve_level(scene, reach, plan.recipe, constant=True, memory=memory), HALVED)
+
+
+def _like(level, division):
+    """Return a level's scene on another mesh."""
+    recipe = level.recipe
+    return find_reach(level.scene, division, recipe.seed, recipe.force, level.reach)
 
 
 def smoothed(level: Level) -> Level:

@@ -75,18 +75,23 @@ class Estimate:
 
         Those that were not compared get what the others have in 95 % of their area.
         """
-        bars = (self.mesh + self.kernel) * np.maximum(e, self._floor(e))
+        bars = (self.mesh + self.kernel) * _measure(e, self.scale)
         bars[self.patches] = self.found
         return bars
 
     def bars(self, e: np.ndarray, difference: np.ndarray) -> np.ndarray:
         """Return (k, 3) error bars of irradiances e (k, 3) that differ so much from the check's."""
-        return np.abs(difference) + self.scatter * np.maximum(e, self._floor(e))
+        return _bars(e, difference, self.scatter, self.scale)
 
-    def _floor(self, e):
-        """Return the least irradiance per band that relative errors refer to."""
-        y = np.maximum(luminance(e), self.scale)
-        return DIM * np.broadcast_to(y[:, None], e.shape)
+
+def _bars(e, difference, scatter, scale):
+    return np.abs(difference) + scatter * _measure(e, scale)
+
+
+def _measure(e, scale):
+    """Return (k, 3) what relative errors of irradiances e refer to."""
+    y = np.maximum(luminance(e), scale)
+    return np.maximum(e, DIM * y[:, None])
 
 
 @dataclass(frozen=True)
@@ -128,17 +133,16 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
     mesh, kernel, reached = (_quantile(x[:many], area) for x in (*parts, relative))
     rms = np.sqrt(np.sum(area * np.minimum(relative[:many], 1.0) ** 2) / max(area.sum(), 1e-300))
     scatter = SCATTER * min(float(rms), reached)
-    made = Estimate(reached, scatter, scale, mesh, kernel, chosen, error[:many], ())
-    bars = made.bars(here.total, error)[:many] + noise_of(here, there, check.share)[:many]
+    bars = _bars(here.total, error, scatter, scale) + noise_of(here, there, check.share)
     patch, which = np.unique(chosen, return_inverse=True)
     total = np.zeros((len(patch), bars.shape[1]))
-    np.add.at(total, which, bars**2 / np.bincount(which)[which, None])
+    np.add.at(total, which, bars[:many] ** 2 / np.bincount(which)[which, None])
     count = slice(0, many)
     if goal is not None:
         count, area = slice(many, None), np.ones(len(goal.points))
         reached = _quantile(relative[count], area)
     judged = points[count], normals[count], np.sqrt(area / area.sum()) / unit[count]
-    return replace(made, reached=reached, patches=patch, found=np.sqrt(total), judged=judged)
+    return Estimate(reached, scatter, scale, mesh, kernel, patch, np.sqrt(total), judged)
 
 
 def raised(estimate: Estimate, check: Check, shares: np.ndarray) -> Estimate:

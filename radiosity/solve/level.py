@@ -7,14 +7,13 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from radiosity.mesh.division import Division
 from radiosity.mesh.elements import make_elements
 from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.scene.model import Scene, SceneError
 from radiosity.solve.assembly import fitted, raw_factors
 from radiosity.solve.methods import System, Watch, solve_bands
 from radiosity.solve.plan import Recipe, check_memory
-from radiosity.solve.reach import Reach, find_reach
+from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
 from radiosity.solve.system import Terms, area_lights, make_terms
 from radiosity.transport.arrival import Arrival, Senders, arriving, make_senders
@@ -153,20 +152,16 @@ class Level:
 
 
 def solve_level(
-    scene: Scene, division: Division, recipe: Recipe, *, factors: FormFactors | None = None,
-    reach: Reach | None = None, like: Reach | None = None, constant: bool = False,
-    watch: Watch | None = None, memory: float | None = None, progress: Progress = silent,
+    scene: Scene, reach: Reach, recipe: Recipe, *, factors: FormFactors | None = None,
+    constant: bool = False, watch: Watch | None = None, memory: float | None = None,
+    progress: Progress = silent,
 ) -> Level:  # fmt: skip
-    """Mesh the faces and solve.
+    """Solve a meshed scene.
 
     Parameters
     ----------
     factors : FormFactors, optional
         For order 0, those of the same patches, made before.
-    reach : Reach, optional
-        Where the mesh is known.
-    like : Reach, optional
-        Another mesh of the same scene; see `find_reach`.
     constant : bool
         Leave the slopes of linear elements out: constant ones, by collocation.
     memory : float, optional
@@ -182,10 +177,6 @@ def solve_level(
         The matrix would not fit into ``memory``.
     NotConverged, NotClosable
     """
-    progress("mesh", 0, 1)
-    if reach is None:
-        reach = find_reach(scene, division, recipe.seed, recipe.force, like)
-    progress("mesh", 1, 1)
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     check_memory(len(patches), memory, recipe.order)
     terms = make_terms(scene, patches, reach.live)

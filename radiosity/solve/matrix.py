@@ -14,6 +14,7 @@ from radiosity.mesh.patches import make_patches
 from radiosity.scene.files import read_geometry
 from radiosity.solve.plan import check_factors
 from radiosity.transport.closure import repaired
+from radiosity.transport.facing import settled
 from radiosity.transport.factors import form_factors as assemble
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
@@ -91,7 +92,8 @@ def form_factors(
     sides = 2 if two_sided else 1
     check_factors(sides * given.size, len(faces), memory)
     facets = merge_facets(faces)
-    patches = _exposed(faces, given.faces, facets)
+    visibility = Visibility(faces, facets)
+    patches = _exposed(faces, given.faces, facets, visibility)
     if two_sided:
         patches = patches.with_backs(np.ones(len(patches), bool))
     count = sides * given.count
@@ -102,7 +104,6 @@ def form_factors(
             f"all {len(live)} rows are covered by faces that look at them in contact, and see "
             "nothing: turn round or leave out what lies on the mesh"
         )
-    visibility = Visibility(faces, facets)
     raw = assemble(patches, visibility, live, accuracy, seed, progress)
     raw = raw.replaced(area=np.where(live, raw.area, 0.0))
     owner = given.owner[patches.face] + np.where(patches.front, 0, given.count)
@@ -129,8 +130,9 @@ def _read(mesh, name) -> Given:
     return given_mesh(mesh, name)
 
 
-def _exposed(faces: Faces, rows: Faces, facets: Facets):
+def _exposed(faces: Faces, rows: Faces, facets: Facets, visibility: Visibility):
     """Return a patch for every piece of the rows that contact with any face cuts them into."""
     contacts = find_contacts(faces, np.zeros(len(faces), bool), len(rows), facets)
+    contacts = settled(contacts, faces, visibility)
     shape = np.where(rows.is_triangle[:, None], [1, 0], [1, 1])
     return make_patches(rows, Division(shape), contacts)

@@ -20,9 +20,9 @@ RAYS_AT_UNIT_ACCURACY = 1.5e5
 # is absorbed at each bounce.
 SOLVED, RULE, FADES, FINEST_RULE = 1e-5, 3e-2, 0.1, 1e-7
 # Bytes at the peak a pair of patches; measured for order 0: 28 while closure is repaired, 39 with
-# the direct solver (29 with the others); for order 1: 88 to 125. And a face, in the trees that are
+# the direct solver (29 with the others); for order 1: 83 to 125. And a face, in the trees that are
 # searched.
-FACTORS, FACE, BYTES = 32, 2500, (40, 110)
+FACTORS, FACE, BYTES = 32, 2500, (40, 105)
 # Patches for the accuracy 1: more as its inverse to the power MORE of linear elements, which are
 # refined, and as its inverse of constant ones, whose order is 2 in the size of the patches.
 PATCHES_AT_UNIT_ACCURACY, MORE, CONSTANT_AT_UNIT_ACCURACY = 9.0, 0.7, 15.0
@@ -197,6 +197,13 @@ def check_memory(patches: int, limit: float | None, order: int = 0) -> int:
     """Raise `Refused` where a dense solution would not fit; return the bytes that it takes."""
     way_out = "use a larger --accuracy, a coarser --mesh, or allow more with --memory"
     return check_fits(f"{patches} patches", BYTES[order] * patches**2, limit, way_out)
+
+
+def left_beside(faces: int, limit: float | None) -> float:
+    """Return the bytes that so many faces leave of ``limit``; raise `Refused` if none."""
+    limit = free_memory() / 2 if limit is None else limit
+    way_out = "merge faces, or allow more with --memory"
+    return limit - check_fits(f"{faces} faces", FACE * faces, limit, way_out)
 
 
 def fits(patches: float, order: int, limit: float | None) -> bool:

@@ -10,8 +10,10 @@ from radiosity.mesh.facets import merge_facets
 from radiosity.mesh.patches import Patches, make_patches
 from radiosity.scene.model import Scene
 from radiosity.solve.system import area_lights
+from radiosity.transport.facing import settled
 from radiosity.transport.lookup import Table, make_table
 from radiosity.transport.survey import sides_that_see_out, survey
+from radiosity.transport.threads import Progress, silent
 from radiosity.transport.visibility import Visibility
 
 
@@ -38,18 +40,21 @@ class Reach:
 
 
 def find_reach(
-    scene: Scene, division: Division, seed: int, force: bool = False, like: Reach | None = None
-) -> Reach:
+    scene: Scene, division: Division, seed: int, force: bool = False, like: Reach | None = None,
+    progress: Progress = silent,
+) -> Reach:  # fmt: skip
     """Divide the faces into cells and follow the light from its sources.
 
     ``force`` takes every face for one that can block. What does not depend on the mesh is taken
     from ``like``, of the same scene.
     """
+    progress("mesh", 0, 1)
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
     if like is None:
         facets = merge_facets(scene.faces)
-        contacts = find_contacts(scene.faces, emits, facets=facets)
         visibility = Visibility(scene.faces, facets, force)
+        contacts = find_contacts(scene.faces, emits, facets=facets)
+        contacts = settled(contacts, scene.faces, visibility)
     else:
         contacts, visibility = like.contacts, like.visibility
     cells = make_patches(scene.faces, division, contacts)
@@ -61,4 +66,5 @@ def find_reach(
     front, back = survey(visibility, table, cells, sources, area_lights(scene), seed).T
     patches = cells.with_backs(back)
     live = np.concatenate([front, back[back]])
+    progress("mesh", 1, 1)
     return Reach(patches, live, visibility, table, contacts)

@@ -18,8 +18,9 @@ SIGNS = 16  # random sums of points, whose mean square is that of the points
 MOST_POINTS = 256
 SWEEPS, SETTLED = 30, 0.01  # of the adjoint solution: at most, and the change that ends them
 ORDER = 2.0  # of a cell's share of the error in its size
+FALL = 0.68  # measured: the error falls as the sum of the shares to this power
 LARGEST = 4.0  # factor that a cell is divided by at once
-LEAST, WORTH = 1.5, 1.2  # factors that all cells become more by: where there is room, where not
+LEAST, WORTH = 1.3, 1.2  # factors that all cells become more by: where there is room, where not
 
 
 def blame(
@@ -97,21 +98,22 @@ def _put_on(level, coarse):
 def refine(division: Division, shares: np.ndarray, wanted: float, most: float) -> Division | None:
     """Return a division whose error is ``wanted`` times as large, or the best of ``most`` cells.
 
-    A cell's error falls as the size of its parts to the power ORDER, and errors of cells add in
-    quadrature: with the fewest parts in all, their size is a power of the cell's share. None where
-    nothing is left to divide, or ``most`` allows too few more cells to be worth a round.
+    A cell's share falls as the size of its parts to the power ORDER, and shares add in quadrature:
+    with the fewest parts in all, their size is a power of the share; FALL makes up for kinks, where
+    the order is less. None where nothing is left to divide, or ``most`` allows too few more cells
+    to be worth a round.
 
     Parameters
     ----------
     shares : (cells,) float64
         Of the error, see `blame`.
     """
-    error = np.sqrt(np.sum(shares**2))
+    goal = wanted ** (1.0 / FALL) * np.sqrt(np.sum(shares**2))
     low, high = 0.0, float(shares.max(initial=0.0))  # levels that shares are cut down to
     for _ in range(60):
         middle = 0.5 * (low + high)
         split = _cut_to(shares, middle)
-        enough = np.sqrt(np.sum((shares * split**-ORDER) ** 2)) <= (1 + 1e-9) * wanted * error
+        enough = np.sqrt(np.sum((shares * split**-ORDER) ** 2)) <= (1 + 1e-9) * goal
         enough &= np.sum(split**2) >= LEAST * division.count
         low, high = (middle, high) if enough or np.sum(split**2) > most else (low, middle)
     split = _cut_to(shares, low)

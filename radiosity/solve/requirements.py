@@ -1,29 +1,35 @@
 """What a scene requires to be modelled, what may be skipped and why, and what the answer will cost.
 
-Nothing of the scene is solved to the accuracy asked; where linear elements will do, a coarse mesh
-is tried, to see how hard the scene is and how fast the machine.
+The first rounds of refinement are tried, to see how hard the scene is and how fast the machine;
+what is left after them is expected from how such rounds go. Where light is exchanged between
+clusters, the mesh is made and a small share of the rays is cast.
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import ndtr
 
 from radiosity.scene.model import Scene
-from radiosity.solve.adapt import AIM, ROUNDS, STEPS, first_mesh, refined
+from radiosity.solve.adapt import AIM, STEPS, Rounds
+from radiosity.solve.clustered import coarser, solve_clusters
+from radiosity.solve.estimate import COARSER, Check, compare
 from radiosity.solve.level import STIFF, solve_level
-from radiosity.solve.plan import BYTES, FACE, MOST_LINEAR, Plan, make_plan
+from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.system import area_lights
 
-TRIED = 0.1  # accuracy of the try
+TRIED = 0.15  # share of the work foreseen that rounds are tried for, at least one
 # Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
 # to the power PAIRS; a round of refinement, its check and what compares them, is WHOLE times that.
-GROWTH, PAIRS, WHOLE = 0.68, 1.6, 1.7
+# Its error is MISSES times what it was meant to be, log-normal of the deviation SPREAD.
+GROWTH, PAIRS, WHOLE = 0.8, 1.6, 1.7
+MISSES, SPREAD, RARE = 0.9, 0.28, 0.01
 HALVING = 2.0 ** (GROWTH * PAIRS)  # times as long for half the error
-BASE = 1.9e8  # bytes of the program itself
-# Seconds of scenes of many faces: for each face, each counted ray, each squared cluster.
-A_FACE, A_RAY, A_PAIR = 8e-5, 2.5e-7, 4e-7
+BASE = 1.95e8  # bytes of the program itself
+TRIED_RAYS = 1 / 64, 1 / 16  # shares of the rays that count factors, of scenes of many faces
+A_PAIR = 4e-7  # seconds of a pair of patches of a mesh that is given
 
 
 @dataclass(frozen=True)
@@ -64,41 +70,57 @@ def foresee(scene: Scene, plan: Plan) -> Forecast:
         return _of_clusters(scene, plan)
     if not plan.adapts:
         return _of_mesh(scene, plan)
-    how = {"order": 1, "solver": plan.recipe.solver, "force": plan.recipe.force}
-    tried = make_plan(scene, max(TRIED, plan.accuracy), **how)
-    level, check, estimate = refined(scene, tried, None)
-    first = 4 * first_mesh(scene, plan, None).count
-    rounds = _rounds(level, estimate.reached, first, plan.accuracy)
-    once, pair = _timed(level, check.level, tried.recipe)
-    seconds = float(WHOLE * np.sum(once + pair * rounds**PAIRS))
-    patches = int(rounds[-1])
-    memory = BASE + BYTES[1] * patches**2
+    rounds, patches, chance = _try(scene, plan)
+    level = rounds.level
+    once, pair = _timed(level, rounds.check.level, plan.recipe)
+    seconds = float(WHOLE * np.sum(chance * (once + pair * patches**PAIRS)))
+    last = chance - np.append(chance[1:], 0.0)  # chances that it is the last one
+    memory = BASE + BYTES[1] * float(last @ patches**2)
     found = _requirements(scene, plan, level.reach, bool(level.outside.any()))
-    return Forecast(plan, found, patches, seconds, memory)
+    return Forecast(plan, found, round(last @ patches), seconds, memory)
 
 
-def _rounds(level, reached, first, accuracy) -> np.ndarray:
-    """Return the live patches expected of each round of refinement.
+def _try(scene, plan):
+    """Try rounds; return the last, and patches and chances of all rounds.
 
-    Of meshes of ``first`` cells at first, when a ``level`` has ``reached`` its error.
+    Live patches of the rounds tried, then of those ahead, and how likely it is that each is needed.
     """
-    cells, many = level.reach.patches.grid.division.count, max(1, len(level.rows))
-    found = [max(many, many * first / cells)]
-    error = reached * (many / found[0]) ** (1.0 / GROWTH)
-    while error > accuracy and found[-1] < MOST_LINEAR and len(found) < ROUNDS:
-        share = np.clip(AIM * accuracy / error, *STEPS)
-        error *= share
-        found.append(min(MOST_LINEAR, found[-1] * share**-GROWTH))
-    return np.array(found)
+    rounds, tried, more = Rounds(scene, plan), [], True
+    while more:
+        cells = rounds.coarse.count
+        more, ahead = rounds.advance(), np.zeros((2, 0))
+        tried.append(len(rounds.level.rows))
+        if more:
+            after = tried[-1] * rounds.coarse.count / cells
+            ahead = _ahead(rounds.estimate.reached, after, plan.accuracy, rounds.left)
+            more = np.sum(np.power(tried, PAIRS)) < TRIED * np.sum(ahead[1] * ahead[0] ** PAIRS)
+    return rounds, np.append(tried, ahead[0]), np.append(np.ones(len(tried)), ahead[1])
+
+
+def _ahead(reached, patches, accuracy, most) -> np.ndarray:
+    """Return (2, k): patches and chances of the rounds after one that ``reached`` an error.
+
+    The first of them has ``patches``; there are at most so many rounds.
+    """
+    found, chance, left = [], [], 1.0
+    while left > RARE and len(found) < most:
+        found.append(patches)
+        chance.append(left)
+        share = np.clip(AIM * accuracy / reached, *STEPS)
+        reached *= MISSES * share
+        left *= ndtr(np.log(reached / accuracy) / SPREAD)
+        reached = max(reached, accuracy)  # where another one is needed
+        patches = min(MOST_LINEAR, patches * np.clip(AIM * accuracy / reached, *STEPS) ** -GROWTH)
+    return np.array([found, chance])
 
 
 def _timed(level, check, recipe):
     """Return the seconds that any mesh takes, and those of a patch to the power PAIRS."""
     spent, size = [], []
     for one in (check, level):
-        begun = time.perf_counter()
-        solve_level(one.scene, one.reach.patches.grid.division, recipe)
-        spent.append(time.perf_counter() - begun)
+        division = one.reach.patches.grid.division
+        again, meshing = _clocked(find_reach, one.scene, division, recipe.seed, recipe.force)
+        spent.append(meshing + _clocked(solve_level, one.scene, again, recipe)[1])
         size.append(len(one.rows) ** PAIRS)
     pair = max(0.0, spent[1] - spent[0]) / max(1.0, size[1] - size[0])
     return max(0.0, spent[0] - pair * size[0]), pair
@@ -113,12 +135,41 @@ def _of_mesh(scene, plan):
 
 
 def _of_clusters(scene, plan):
-    reach = find_reach(scene, plan.division, plan.recipe.seed)
-    faces = len(scene.faces)
-    seconds = A_FACE * faces + A_RAY * plan.recipe.counted + A_PAIR * plan.clusters**2
-    memory = BASE + FACE * faces + BYTES[0] * plan.clusters**2
+    """Try few rays, between few clusters, twice: what they take on top is for the rays."""
+    reach, meshing = _clocked(find_reach, scene, plan.division, plan.recipe.seed, plan.recipe.force)
+    spent, cast = [], []
+    for few in TRIED_RAYS:
+        recipe = replace(plan.recipe, counted=round(plan.recipe.counted * few))
+        clusters = max(4, round(plan.clusters * np.sqrt(few)))
+        level, seconds = _clocked(solve_clusters, scene, reach, recipe, clusters)
+        spent.append(seconds)
+        cast.append(recipe.counted)
+    check = Check(coarser(level, clusters // 4), COARSER)
+    estimate, comparing = _clocked(compare, level, check)
+    a_ray = max(0.0, spent[1] - spent[0]) / (cast[1] - cast[0])
+    once = max(0.0, spent[0] - a_ray * cast[0]) + comparing
+    rounds = _rounds_of_clusters(plan, estimate.reached)
+    seconds = meshing + once * len(rounds) + a_ray * plan.recipe.counted * np.sum(rounds**2.0)
+    most = BYTES[0] * (plan.clusters * rounds[-1]) ** 2
+    memory = BASE + FACE * len(scene.faces) + most
     found = _requirements(scene, plan, reach, None)
-    return Forecast(plan, found, int(reach.live.sum()), seconds, memory)
+    return Forecast(plan, found, int(reach.live.sum()), float(seconds), float(memory))
+
+
+def _rounds_of_clusters(plan, reached):
+    """Return by how many times the clusters of each round exceed those of the first."""
+    found = [1]
+    while reached > plan.accuracy and 2 * found[-1] * plan.clusters <= MOST_CLUSTERS:
+        found.append(2 * found[-1])
+        reached /= 2.0
+    return np.array(found)
+
+
+def _clocked(work, *what):
+    """Return a result and the seconds that it took."""
+    begun = time.perf_counter()
+    found = work(*what)
+    return found, time.perf_counter() - begun
 
 
 def _requirements(scene, plan, reach, is_open) -> tuple[Requirement, ...]:

@@ -7,7 +7,8 @@ from radiosity.solve.adapt import check_of, refined, refined_clusters
 from radiosity.solve.estimate import Goal, compare
 from radiosity.solve.level import solve_level
 from radiosity.solve.methods import NotConverged, Watch
-from radiosity.solve.plan import check_memory, make_plan
+from radiosity.solve.plan import check_memory, left_beside, make_plan
+from radiosity.solve.reach import find_reach
 from radiosity.solve.solution import Solution, checked_points
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
@@ -88,6 +89,7 @@ def solve(
     plan = make_plan(
         scene, accuracy, mesh, order=order, solver=solver, seed=seed, force=force, seconds=seconds
     )
+    memory = left_beside(len(scene.faces), memory)
     check_memory(plan.clusters or plan.division.count, memory, plan.recipe.order)
     aim = None if goal is None else Goal.of(*checked_points(*goal), seed)
     if plan.adapts:
@@ -96,10 +98,10 @@ def solve(
         else:
             found = refined(scene, plan, memory, watch, progress, aim)
         return _judged(Solution(scene, plan, found[0], lambda: found[1:]))
+    reach = find_reach(scene, plan.division, seed, force, progress=progress)
     level = solve_level(
-        scene, plan.division, plan.recipe, factors=factors, watch=watch, progress=progress,
-        memory=memory,
-    )  # fmt: skip
+        scene, reach, plan.recipe, factors=factors, watch=watch, progress=progress, memory=memory
+    )
 
     def judge():
         check = check_of(level, plan, memory)

@@ -71,14 +71,23 @@ def look_out(
         Where, in ray coordinates.
     """
     count = len(samples)
-    origins = np.empty((len(points) * count, 3), np.float32)
+    rays = rays_from(visibility, points, normals, keys, samples, seed)
+    sides, hits = meet(visibility, table, *rays)
+    return sides.reshape(-1, count), hits.reshape(-1, count, 3)
+
+
+def rays_from(
+    visibility: Visibility, points: np.ndarray, normals: np.ndarray, keys: np.ndarray,
+    samples: range, seed: int,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Return origins and directions of `look_out`'s rays (k len(samples), 3), ray coordinates."""
+    origins = np.empty((len(points) * len(samples), 3), np.float32)
     directions = np.empty_like(origins)
     _aim(
-        points, normals, keys, samples.start, count, seed,
+        points, normals, keys, samples.start, len(samples), seed,
         visibility.centre, visibility.scale, LIFT, origins, directions,
     )  # fmt: skip
-    sides, hits = meet(visibility, table, origins, directions)
-    return sides.reshape(-1, count), hits.reshape(-1, count, 3)
+    return origins, directions
 
 
 def meet(visibility: Visibility, table: Table, origins: np.ndarray, directions: np.ndarray):
