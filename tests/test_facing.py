@@ -16,6 +16,10 @@ CARPET = (0.4 * SQUARE[None] + [0.3, 0.3, 0])[:, ::-1]
 LOW, HIGH = (0.3, 0.2, 0), (0.7, 0.6, 0.5)
 GRID = np.concatenate([box(c, np.add(c, 1)) for c in np.ndindex(3, 3, 3)])
 AROUND = SQUARE * 3 - [1, 1, 0]
+UP = box((0, 0, 1), (1, 1, 2))  # a room above: its floor is face 6 after ROOM
+STACK = np.concatenate([block(c, np.add(c, 1)) for c in np.ndindex(4, 4, 4)])
+HOUSE = np.concatenate([ROOM, block((0, 0, 0), (1, 1, 1))])
+LAMP = (0.2 * SQUARE[None] + [1.4, 1.4, 1.8])[:, ::-1]
 
 
 def sides(polygons):
@@ -35,6 +39,14 @@ BACK_TO_BACK = {
     "a room among rooms on all sides": (GRID, set(range(6 * 13, 6 * 14))),
     "walls of two rooms that overlap in part": (
         np.concatenate([ROOM, box((1, 0.4, 0.2), (2, 1.5, 1))]), {3, 8}),
+    "a table in the middle of the wall": (
+        np.concatenate([ROOM, NEXT, block((0.8, 0.4, 0), (1, 0.6, 0.7))]), {8}),
+    "a table in the middle of the floor above": (
+        np.concatenate([ROOM, UP, block((0.4, 0.4, 1), (0.6, 0.6, 1.3))]), {1}),
+    "a hanging lamp in the middle of many rooms": (
+        np.concatenate([GRID, LAMP]), set(range(6 * 13, 6 * 14))),
+    "a house of walls without thickness": (HOUSE, set(range(12))),
+    "a sheet's two sides over the ground": (np.concatenate([AROUND[None], SHEET]), {1, 2}),
     "a sheet's two sides in a room": (np.concatenate([ROOM, SHEET]), {6, 7}),
     "a sheet's two sides, nothing else": (SHEET, {0, 1}),
 }  # fmt: skip
@@ -46,6 +58,8 @@ FACE_TO_FACE = {
         np.concatenate([ROOM, block(LOW, HIGH), block((0.4, 0.3, 0.5), (0.6, 0.5, 0.8))]),
         {0, 6, 7, 12}),
     "a carpet the wrong way up": (np.concatenate([ROOM, CARPET]), {0, 6}),
+    "a block as large as its ground": (
+        np.concatenate([SQUARE[None], block((0, 0, 0), (1, 1, 0.5))]), {0, 1}),
     "a carpet the wrong way up under the sky": (np.concatenate([AROUND[None], CARPET]), {0, 1}),
 }  # fmt: skip
 
@@ -57,10 +71,41 @@ def test_free_sides_stand_back_to_back(name):
     assert hidden >= expected and not covered & expected
 
 
+def test_what_stands_before_a_wall_covers_its_own_part_only():
+    polygons = np.concatenate([ROOM, UP, block((0.4, 0.4, 1), (0.6, 0.6, 1.3))])
+    covered, hidden = sides(polygons)
+    assert covered == {6, 12} and hidden == {1, 6}
+    lit = scene(polygons, 0.5, np.eye(len(polygons))[1])
+    found = solve(lit, 0.05)
+    assert found.balance.emitted == pytest.approx(1.0, rel=1e-9)
+    alone = solve(scene(ROOM, 0.5, np.eye(6)[1]), 0.05)
+    point = np.array([[0.3, 0.4, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    assert found.irradiance(*point)[0] == pytest.approx(alone.irradiance(*point)[0], rel=0.02)
+
+
+def test_inside_a_stack_of_solids_nothing_shines():
+    assert solve(scene(STACK, 0.5, 1.0), 0.1, mesh="1", order=0).balance.emitted == (
+        pytest.approx(96.0)
+    )
+
+
+def test_a_wall_that_touches_within_tolerance_may_be_read_first_or_last():
+    """Tilted by 1e-7: near to the large wall's plane all over, which is not near to its own."""
+    small = box((1, 0.4, 0.4), (2, 0.6, 0.5))
+    small[..., 0] += 1e-7 * (small[..., 2] - 0.45) / 0.1 * (small[..., 0] == 1)
+    assert 3 in sides(np.concatenate([ROOM, small]))[1]
+    assert 9 in sides(np.concatenate([small, ROOM]))[1]
+
+
 @pytest.mark.parametrize("name", FACE_TO_FACE)
 def test_what_lies_on_a_face_covers_it(name):
     polygons, expected = FACE_TO_FACE[name]
     assert sides(polygons) == (expected, set())
+
+
+def test_a_carpet_the_wrong_way_up_covers_the_floor_of_any_storey():
+    covered, hidden = sides(np.concatenate([ROOM, UP, CARPET + [0, 0, 1]]))
+    assert {6, 12} <= covered and hidden == {1, 6}
 
 
 @pytest.mark.parametrize("size", [1e-6, 1e6])

@@ -15,58 +15,117 @@ from radiosity.mesh.faces import Faces
 from radiosity.transport.hemisphere import rays_from
 from radiosity.transport.visibility import Visibility
 
-RAYS = 32  # from each side
+POINTS, RAYS = 8, 32  # on what two faces share, and from each of them on either side
 SAME = 1e-6  # share by which the areas of a sheet's two sides may differ
+UNSURE, APART, TOGETHER = 0, 1, -1
 
 
 def settled(contacts: Contacts, faces: Faces, visibility: Visibility) -> Contacts:
     """Return the contacts, faces that stand back to back hidden there instead of covered.
 
-    Those are pairs of opposite normals from both of which mostly fronts are seen, or that have the
-    same corners and nothing around: the two sides of a sheet.
+    Those are pairs of opposite normals from both of which mostly fronts are seen somewhere, or that
+    have the same corners and from none of which backs are seen: the two sides of a sheet.
     """
-    pairs, normals = [], faces.normals()
-    for f, contact in contacts.faces.items():
-        pairs += [(f, g) for g, _ in contact.covers if f < g and normals[f] @ normals[g] < 0]
+    normals = faces.normals()
+    pairs = {
+        (min(f, g), max(f, g))
+        for f, contact in contacts.faces.items()
+        for g, _ in contact.covers
+        if normals[f] @ normals[g] < 0
+    }
     if not pairs:
         return contacts
+    pairs = np.array(sorted(pairs))
     apart = {}
-    for f, g in np.array(pairs)[_are_apart(np.array(pairs), faces, visibility)].tolist():
+    for f, g in pairs[_kinds(pairs, contacts, faces, visibility) == APART].tolist():
         apart.setdefault(f, set()).add(g)
         apart.setdefault(g, set()).add(f)
     found = dict(contacts.faces)
     for f in apart.keys() & found.keys():
-        others = apart[f]
-        covers, hides = found[f].covers, found[f].hides
+        others, covers, hides = apart[f], found[f].covers, found[f].hides
         hides = hides + [cover for cover in covers if cover[0] in others]
         covers = [cover for cover in covers if cover[0] not in others]
         found[f] = replace(found[f], covers=covers, hides=hides)
     return Contacts(found)
 
 
-def _are_apart(pairs, faces, visibility):
-    """Return (p,) bool: whether faces of pairs (p, 2) stand back to back."""
+def _kinds(pairs, contacts, faces, visibility):
+    """Return (p,) APART or TOGETHER for pairs (p, 2) of faces.
+
+    Which face of a pair a ray meets is chance: that tells nothing before the pair is settled, so
+    pairs are settled from those on that see others.
+    """
     v, normals = faces.vertices, faces.normals()
     shared = [common(v[f], v[g], normals[f]) for f, g in pairs]
-    middle = np.array([np.mean(polygon, axis=0) for polygon in shared])
     area = 0.5 * np.linalg.norm([twice_area(polygon) for polygon in shared], axis=1)
     same = np.all(np.abs(faces.areas()[pairs] - area[:, None]) <= SAME * area[:, None], axis=1)
-    doubled = np.zeros(len(faces), bool)
-    doubled[pairs] = True  # which of the two a ray meets is chance
-    free = np.ones((len(pairs), 2), bool)
-    around = np.zeros(len(pairs), bool)
+    points = np.array([_spread(polygon) for polygon in shared])
+    met, front = _look(points, pairs, contacts, normals, visibility)
+    kind = np.full(len(pairs), UNSURE)
+    while True:
+        free, shut, dark = _seen(met, front, pairs, kind, len(faces))
+        sure = np.where(shut.any(axis=0), TOGETHER, np.where(free.all(axis=0), APART, UNSURE))
+        open_ = dark.any(axis=0) & (dark | free).all(axis=0)
+        sure[open_] = np.where(same[open_], APART, TOGETHER)
+        new = np.where(kind == UNSURE, sure, kind)
+        if np.array_equal(new, kind):
+            break
+        kind = new
+    rest = np.where(same | ~dark.any(axis=0), APART, TOGETHER)
+    return np.where(kind == UNSURE, rest, kind)
+
+
+def _look(points, pairs, contacts, normals, visibility):
+    """Return (2, p, POINTS, RAYS) the faces that rays from both sides meet, and if their fronts.
+
+    None, -1, where a face that looks the same way covers the point.
+    """
+    p, seen = len(pairs), []
     for side in range(2):
-        out = normals[pairs[:, side]]
-        origins, directions = rays_from(
-            visibility, middle, out, np.arange(len(pairs)), range(RAYS), side
+        out = np.repeat(normals[pairs[:, side]], POINTS, axis=0)
+        rays = rays_from(
+            visibility, points.reshape(-1, 3), out, np.arange(len(out)), range(RAYS), side
         )
-        met, _ = visibility.first_hits(origins, directions)
-        front = np.einsum("rc,rc->r", directions, visibility.face_normal[met]) < 0
-        told = (met >= 0) & ~doubled[met]
-        fronts, backs = (
-            np.sum((told & kind).reshape(-1, RAYS), axis=1) for kind in (front, ~front)
-        )
-        some = (met >= 0).reshape(-1, RAYS).any(axis=1)
-        free[:, side] = (fronts > backs) | (some & (fronts + backs == 0))
-        around |= some
-    return free.all(axis=1) | (same & ~around)
+        met, _ = visibility.first_hits(*rays)
+        front = np.einsum("rc,rc->r", rays[1], visibility.face_normal[met]) < 0
+        met = met.reshape(p, POINTS, RAYS)
+        for k, f in enumerate(pairs[:, side]):
+            met[k, _overlaid(contacts.faces.get(int(f)), points[k], normals)] = -1
+        seen.append((met, front.reshape(met.shape)))
+    return (np.array(x) for x in zip(*seen, strict=True))
+
+
+def _overlaid(contact, points, normals):
+    """Return (k,) bool: which points of a face another one that looks the same way covers."""
+    if contact is None:
+        return np.zeros(len(points), bool)
+    alike = [(g, p) for g, p in contact.covers if normals[g] @ contact.normal > 0]
+    return replace(contact, covers=alike).behind(points)[:, 0] >= 0
+
+
+def _seen(met, front, pairs, kind, faces):
+    """Return (2, p) whether sides see mostly fronts somewhere, else mostly backs, or nothing."""
+    both = pairs.ravel()
+    unsure, apart, together = (
+        np.bincount(both, np.repeat(kind == k, 2), faces) > 0 for k in (UNSURE, APART, TOGETHER)
+    )
+    front = np.where(apart[met], True, np.where(together[met], False, front))
+    some, told = met >= 0, (met >= 0) & ~unsure[met]
+    fronts, backs, hits = (np.sum(x, axis=-1) for x in (told & front, told & ~front, some))
+    free = (2 * fronts > hits).any(axis=-1)
+    backs, hits = backs.sum(axis=-1), hits.sum(axis=-1)
+    return free, ~free & (hits > 0) & (2 * backs >= hits), hits == 0
+
+
+def _spread(polygon):
+    """Return (POINTS, 3) points spread over a convex polygon: of its fan of triangles in turn."""
+    triangles = np.stack(
+        [np.broadcast_to(polygon[0], polygon[2:].shape), polygon[1:-1], polygon[2:]], axis=1
+    )
+    size = np.linalg.norm(np.cross(*np.diff(triangles, axis=1).swapaxes(0, 1)), axis=1)
+    upto = np.cumsum(size) / size.sum()
+    k = np.arange(POINTS)
+    which = np.searchsorted(upto, (k + 0.5) / POINTS)
+    s, t = np.sqrt((k * 0.618034 + 0.5) % 1.0)[:, None], ((k * 0.754878 + 0.5) % 1.0)[:, None]
+    a, b, c = triangles[which].swapaxes(0, 1)
+    return (1 - s) * a + s * ((1 - t) * b + t * c)
