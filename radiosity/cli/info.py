@@ -55,7 +55,7 @@ def _findings(scene) -> list[str]:
     contacts = find_contacts(scene.faces, emits).faces
     covered = sum(bool(c.covers or c.hides) for c in contacts.values())
     found = [
-        f"contact: {len(contacts)} faces are met by others in their plane, {covered} are covered"
+        f"contact: {len(contacts)} faces are met by others in their plane, {covered} lie on others"
     ]
     if scene.truth is not None:
         found.append(

@@ -18,7 +18,7 @@ def plan(
 ) -> None:
     """Say what a scene requires to be modelled, what is skipped, and the time and memory it takes.
 
-    Only a coarse mesh is tried; nothing is solved to the accuracy asked.
+    The first, coarse meshes are tried, of many faces a small share of the rays.
 
     Example: radiosity plan scenes/cornell_box.toml --accuracy 0.01
     """

@@ -55,7 +55,7 @@ def probe(
         with written_whole(output) as temporary:
             temporary.write_text(text)
         remark(f"wrote {output}", quiet)
-    judge(solution, asked)
+    judge(solution)
 
 
 def read_points(path: str):

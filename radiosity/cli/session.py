@@ -93,17 +93,13 @@ def budget_line(solution) -> str:
     return f"of it: {listed}; half the error takes about {HALVING:.0f} times as long"
 
 
-def judge(solution, asked: Asked) -> None:
+def judge(solution) -> None:
     """End with exit code 1 where a mesh that the program chose did not reach the accuracy."""
-    from radiosity.solve.plan import MOST_CLUSTERS, MOST_LINEAR, most_that_fit
-
     reached, plan = solution.estimate.reached, solution.plan
     if plan.adapts and plan.seconds is None and reached > plan.accuracy:
-        finest = MOST_CLUSTERS if plan.clusters else MOST_LINEAR
-        short = most_that_fit(plan.recipe.order, parse_memory(asked.memory)) < finest
         remark(
             f"radiosity: reached an estimated error of {percent(reached)}, more than the "
-            f"{percent(plan.accuracy)} asked: {'allow more with --memory, or ' if short else ''}"
-            "ask for less"
+            f"{percent(plan.accuracy)} asked, on the finest mesh that is made and fits: ask for "
+            "less or, where memory is short, allow more with --memory"
         )
         raise typer.Exit(1)

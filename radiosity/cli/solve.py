@@ -58,7 +58,7 @@ def solve(
     if error is not None:
         bound = model.truth.relative_tolerance
         print(f"truth: relative error {error:.2e}, stated {bound:g} on mesh {model.truth.mesh}")
-    judge(solution, asked)
+    judge(solution)
 
 
 def _load(path, memory):

@@ -70,6 +70,7 @@ def find_contacts(
         Of two faces that look at each other in contact both fronts are covered; of two that look
         the same way the loser's. Where one of the first kind emits and is no part of a body, they
         stand back to back (a lamp on a ceiling turned inside out), and both backs are hidden.
+        Which others stand so, `radiosity.transport.facing.settled` finds.
     """
     v = faces.vertices
     touch = TOUCH * np.linalg.norm(np.ptp(v, axis=(0, 1))) if len(v) else 0.0

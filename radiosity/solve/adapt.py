@@ -94,17 +94,17 @@ class Rounds:
             self._scene, self._reach, recipe, watch=self._watch, memory=memory,
             progress=self._progress,
         )  # fmt: skip
-        large = self._mesh(self.coarse, self._reach)
-        check = solve_level(self._scene, large, recipe, memory=memory)
+        check = solve_level(self._scene, _like(self.level, self.coarse), recipe, memory=memory)
         self.check, self.left = Check(check, HALVED), self.left - 1
         self.estimate = compare(self.level, self.check, self._goal)
-        if self._goal is None and (self.estimate.reached <= accuracy or not self.left):
-            return False
-        shares = blame(self.level, check, *self.estimate.judged)
+        shares = None
         if self._goal is not None:
+            shares = blame(self.level, check, *self.estimate.judged)
             self.estimate = raised(self.estimate, self.check, shares)
-            if self.estimate.reached <= accuracy or not self.left:
-                return False
+        if self.estimate.reached <= accuracy or not self.left:
+            return False
+        if shares is None:
+            shares = blame(self.level, check, *self.estimate.judged)
         room = min(self._most, self.coarse.count * self._clock.room() ** (1.0 / STEEP))
         wanted = float(np.clip(AIM * accuracy / self.estimate.reached, *STEPS))
         finer = refine(self.coarse, shares, wanted, room)
