@@ -3,7 +3,7 @@
     python benchmarks/plan.py > benchmarks/plan.md
 
 Seconds are warm, in one process: of planning, predicted, and of solving and its estimate; memory is
-predicted, and the peak of a process that does nothing else, the program and its compiled code included.
+predicted, and the peak of a process that does nothing else, the program and its code included.
 """
 
 import subprocess
@@ -73,9 +73,9 @@ def main():
             ratios.append((seen.seconds / took, seen.memory / memory))
             patches = len(solution.level.rows)
             print(
-                f"| {name} | {asked:g} | {planned:.2f} | {seen.patches} | {patches} | {seen.seconds:.2f} "
-                f"| {took:.2f} | {ratios[-1][0]:.2f} | {seen.memory / 1e6:.0f} "
-                f"| {memory / 1e6:.0f} | {ratios[-1][1]:.2f} |",
+                f"| {name} | {asked:g} | {planned:.2f} | {seen.patches} | {patches} "
+                f"| {seen.seconds:.2f} | {took:.2f} | {ratios[-1][0]:.2f} "
+                f"| {seen.memory / 1e6:.0f} | {memory / 1e6:.0f} | {ratios[-1][1]:.2f} |",
                 flush=True,
             )
     times, memories = np.array(ratios).T

@@ -15,17 +15,17 @@ from radiosity.scene.model import Scene
 from radiosity.solve.adapt import AIM, STEPS, Rounds
 from radiosity.solve.clustered import coarser, solve_clusters
 from radiosity.solve.estimate import COARSER, Check, compare
-from radiosity.solve.level import STIFF
+from radiosity.solve.level import STIFF, solve_level
 from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import WORTH
 from radiosity.solve.system import area_lights
 
 TRIED = 0.1  # share of the work foreseen that rounds are tried for, at least one
-# Measured: patches grow as the inverse of the error to the power GROWTH, the time of a round as
-# patches to the power PAIRS; its error is MISSES times what it was meant to be, log-normal of the
-# deviation SPREAD.
-GROWTH, PAIRS = 0.8, 1.4
+# Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
+# to the power PAIRS; a round of refinement, its check and what compares them, is WHOLE times that.
+# Its error is MISSES times what it was meant to be, log-normal of the deviation SPREAD.
+GROWTH, PAIRS, WHOLE = 0.8, 1.6, 1.7
 MISSES, SPREAD, RARE = 0.9, 0.28, 0.01
 HALVING = 2.0 ** (GROWTH * PAIRS)  # times as long for half the error
 BASE = 1.95e8  # bytes of the program itself
@@ -71,7 +71,9 @@ def foresee(scene: Scene, plan: Plan) -> Forecast:
         return _of_clusters(scene, plan)
     if not plan.adapts:
         return _of_mesh(scene, plan)
-    rounds, seconds, patches, chance = _try(scene, plan)
+    rounds, patches, chance = _try(scene, plan)
+    once, pair = _timed(rounds.level, rounds.check.level)
+    seconds = float(WHOLE * np.sum(chance * (once + pair * patches**PAIRS)))
     last = chance - np.append(chance[1:], 0.0)  # chances that it is the last one
     memory = BASE + BYTES[1] * float(last @ patches**2)
     found = _requirements(scene, plan, rounds.level.reach, bool(rounds.level.outside.any()))
@@ -79,24 +81,20 @@ def foresee(scene: Scene, plan: Plan) -> Forecast:
 
 
 def _try(scene, plan):
-    """Try rounds; return the last, the seconds of all, and patches and chances of all.
+    """Try rounds; return the last, and patches and chances of all.
 
     Live patches of the rounds tried, then of those ahead, and how likely it is that each is needed.
     """
     rounds, tried, more = Rounds(scene, plan), [], True
     while more:
         cells = rounds.coarse.count
-        (more, seconds), ahead = _clocked(rounds.advance), np.zeros((2, 0))
+        more, ahead = rounds.advance(), np.zeros((2, 0))
         tried.append(max(1, len(rounds.level.rows)))
         if more:
             after = tried[-1] * rounds.coarse.count / cells
             ahead = _ahead(rounds.estimate.reached, after, plan.accuracy, rounds.left)
             more = np.sum(np.power(tried, PAIRS)) < TRIED * np.sum(ahead[1] * ahead[0] ** PAIRS)
-    if len(tried) == 1:  # compiled code was loaded on the way
-        seconds = _clocked(lambda: Rounds(scene, plan).advance())[1]
-    patches, chance = np.append(tried, ahead[0]), np.append(np.ones(len(tried)), ahead[1])
-    seconds *= float(chance @ (patches / tried[-1]) ** PAIRS)
-    return rounds, seconds, patches, chance
+    return rounds, np.append(tried, ahead[0]), np.append(np.ones(len(tried)), ahead[1])
 
 
 def _ahead(reached, patches, accuracy, most) -> np.ndarray:
@@ -117,6 +115,21 @@ def _ahead(reached, patches, accuracy, most) -> np.ndarray:
             break
         patches = min(MOST_LINEAR, more * patches)
     return np.array([found, chance])
+
+
+def _timed(level, check):
+    """Return the seconds that any mesh takes, and those of a patch to the power PAIRS.
+
+    Both are solved again: the first time compiled code may have been loaded on the way.
+    """
+    spent, size = [], []
+    for one in (check, level):
+        division, recipe = one.reach.patches.grid.division, one.recipe
+        again, meshing = _clocked(find_reach, one.scene, division, recipe.seed, recipe.force)
+        spent.append(meshing + _clocked(solve_level, one.scene, again, recipe)[1])
+        size.append(len(one.rows) ** PAIRS)
+    pair = max(0.0, spent[1] - spent[0]) / max(1.0, size[1] - size[0])
+    return max(0.0, spent[0] - pair * size[0]), pair
 
 
 def _of_mesh(scene, plan):
