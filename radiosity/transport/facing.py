@@ -57,6 +57,7 @@ def _kinds(pairs, contacts, faces, visibility):
     """
     v, normals = faces.vertices, faces.normals()
     shared = [common(v[f], v[g], normals[f]) for f, g in pairs]
+    shared = [p if len(p) > 2 else v[f] for p, (f, _) in zip(shared, pairs, strict=True)]
     area = 0.5 * np.linalg.norm([twice_area(polygon) for polygon in shared], axis=1)
     same = np.all(np.abs(faces.areas()[pairs] - area[:, None]) <= SAME * area[:, None], axis=1)
     points = np.array([_spread(polygon) for polygon in shared])
@@ -65,8 +66,8 @@ def _kinds(pairs, contacts, faces, visibility):
     while True:
         free, shut, dark = _seen(met, front, pairs, kind, len(faces))
         sure = np.where(shut.any(axis=0), TOGETHER, np.where(free.all(axis=0), APART, UNSURE))
-        open_ = dark.any(axis=0) & (dark | free).all(axis=0)
-        sure[open_] = np.where(same[open_], APART, TOGETHER)
+        bare = dark.any(axis=0) & (dark | free).all(axis=0)
+        sure[bare] = np.where(same[bare], APART, TOGETHER)
         new = np.where(kind == UNSURE, sure, kind)
         if np.array_equal(new, kind):
             break
@@ -89,18 +90,19 @@ def _look(points, pairs, contacts, normals, visibility):
         met, _ = visibility.first_hits(*rays)
         front = np.einsum("rc,rc->r", rays[1], visibility.face_normal[met]) < 0
         met = met.reshape(p, POINTS, RAYS)
-        for k, f in enumerate(pairs[:, side]):
-            met[k, _overlaid(contacts.faces.get(int(f)), points[k], normals)] = -1
+        for k, f in enumerate(pairs[:, side].tolist()):
+            alike = _alike(contacts.faces.get(f), normals)
+            if alike is not None:
+                met[k, alike.behind(points[k])[:, 0] >= 0] = -1
         seen.append((met, front.reshape(met.shape)))
     return (np.array(x) for x in zip(*seen, strict=True))
 
 
-def _overlaid(contact, points, normals):
-    """Return (k,) bool: which points of a face another one that looks the same way covers."""
-    if contact is None:
-        return np.zeros(len(points), bool)
-    alike = [(g, p) for g, p in contact.covers if normals[g] @ contact.normal > 0]
-    return replace(contact, covers=alike).behind(points)[:, 0] >= 0
+def _alike(contact, normals):
+    """Return a face's contact with those that cover it and look the same way; None if none do."""
+    covers = [] if contact is None else contact.covers
+    alike = [(g, p) for g, p in covers if normals[g] @ contact.normal > 0]
+    return replace(contact, covers=alike) if alike else None
 
 
 def _seen(met, front, pairs, kind, faces):
