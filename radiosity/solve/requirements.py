@@ -103,17 +103,17 @@ def _ahead(reached, patches, accuracy, most) -> np.ndarray:
     The first of them has ``patches``; there are at most so many rounds.
     """
     found, chance, left = [], [], 1.0
+    share = np.clip(AIM * accuracy / reached, *STEPS)
     while left > RARE and len(found) < most:
         found.append(patches)
         chance.append(left)
-        share = np.clip(AIM * accuracy / reached, *STEPS)
+        if MOST_LINEAR < WORTH * patches:
+            break
         reached *= MISSES * share
         left *= ndtr(np.log(reached / accuracy) / SPREAD)
         reached = max(reached, accuracy)  # where another one is needed
-        more = np.clip(AIM * accuracy / reached, *STEPS) ** -GROWTH
-        if MOST_LINEAR < WORTH * patches:
-            break
-        patches = min(MOST_LINEAR, more * patches)
+        share = np.clip(AIM * accuracy / reached, *STEPS)
+        patches = min(MOST_LINEAR, share**-GROWTH * patches)
     return np.array([found, chance])
 
 

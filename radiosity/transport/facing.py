@@ -24,7 +24,7 @@ def settled(contacts: Contacts, faces: Faces, visibility: Visibility) -> Contact
     """Return the contacts, faces that stand back to back hidden there instead of covered.
 
     Those are pairs of opposite normals from both of which mostly fronts are seen somewhere, or that
-    have the same corners and from none of which backs are seen: the two sides of a sheet.
+    have the same corners and from neither of which mostly backs are seen: a sheet's two sides.
     """
     normals = faces.normals()
     pairs = {
