@@ -176,7 +176,7 @@ def test_many_blockers_are_left_to_rays():
     assert np.sqrt(np.mean(off**2)) < 0.1 * np.mean(exact)  # 64 rays for each lamp
 
 
-def visible_lamp(x, lamp, sheets, count=300):
+def visible_lamp(x, lamp, sheets, count=100):
     """The slow twin: kernel over count x count points of the lamp, past all sheets."""
     s = (np.arange(count) + 0.5) / count
     y = lamp[0] + s[:, None, None] * (lamp[1] - lamp[0]) + s[None, :, None] * (lamp[3] - lamp[0])

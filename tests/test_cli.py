@@ -13,6 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from radiosity.analytic import load_cases
+from radiosity.cli.tradeoff import row
+from radiosity.solve.tradeoff import Trial
+from radiosity.view.plot import plot_tradeoff
+
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 CORNELL, BOX, FURNACE = (
     str(SCENES / f"{n}.toml") for n in ("cornell_box", "box6", "furnace")
@@ -130,11 +135,12 @@ def test_view_without_a_display_writes_the_picture_and_says_so(tmp_path):
 
 
 def test_verify_reports_every_case_within_its_bound():
-    process = radiosity("verify")
+    """Of one suite: test_readme.py runs all of them."""
+    process = radiosity("verify", "--suite", "elements")
     assert process.returncode == 0, process.stdout
     assert "all within their bounds" in process.stdout
-    for case in ("box6_4x3x2.5", "C14", "gap_1e-6", "L_room_F", "conc_spheres order"):
-        assert case in process.stdout
+    for case in load_cases("vf_element_polygon"):
+        assert case["id"] in process.stdout
 
 
 def test_plan_says_what_is_required_in_words_and_as_json():
@@ -168,16 +174,17 @@ def test_what_cannot_be_reached_ends_with_exit_code_1(tmp_path):
 
 
 def test_tradeoff_writes_a_table_and_a_plot(tmp_path):
-    process = radiosity("tradeoff", BOX, "--accuracy", "0.1", cwd=tmp_path)
+    """As JSON; test_readme.py runs it in words."""
+    process = radiosity("tradeoff", BOX, "--accuracy", "0.1", "--json", cwd=tmp_path)
     assert process.returncode == 0, process.stderr
-    rows = process.stdout.splitlines()
+    assert (tmp_path / "box6_tradeoff.png").stat().st_size > 5000
+    found = [Trial(**t) for t in json.loads(process.stdout)["trials"]]
+    rows = [row(t) for t in found]
     for way in ("linear", "constant", "clusters", "cg, order 0", "everything forced"):
         assert any(r.startswith(way) for r in rows)
-    assert (tmp_path / "box6_tradeoff.png").stat().st_size > 5000
-    args = "--accuracy", "0.1", "--json", "-o", "t.svg"
-    found = json.loads(radiosity("tradeoff", BOX, *args, cwd=tmp_path).stdout)
-    best = found["trials"][0]
-    assert best["way"] == "linear" and best["error"] < 0.1 and best["estimated"] < 0.1
+    best = found[0]
+    assert best.way == "linear" and best.error < 0.1 and best.estimated < 0.1
+    plot_tradeoff(found, "box", tmp_path / "t.svg")
     assert (tmp_path / "t.svg").read_text().startswith("<?xml")
 
 

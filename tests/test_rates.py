@@ -63,12 +63,17 @@ def errors(name, order):
     By 3 x 3 Gauss points a patch: at 2 x 2 linear elements are better than elsewhere. The root of
     the mean square of all scenes of a class: where a kink falls in a cell is chance.
     """
-    squares = [errors_of(room, order) ** 2 for room in SCENES[name]]
+    squares = [errors_of(name, k, order) ** 2 for k in range(len(SCENES[name]))]
     return np.sqrt(np.mean(squares, axis=0))
 
 
-def errors_of(room, order):
-    found, truth = [], level(room, 26, 1)
+@cache
+def truth_of(name, k):
+    return level(SCENES[name][k], 26, 1)
+
+
+def errors_of(name, k, order):
+    found, room, truth = [], SCENES[name][k], truth_of(name, k)
     for n in HALVINGS:
         solved = level(room, n, order)
         elements, rows = solved.senders.elements, solved.rows
