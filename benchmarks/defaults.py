@@ -30,8 +30,8 @@ REPEATS = 3
 def scenes():
     yield "cornell_box", radiosity.load(SCENES / "cornell_box.toml")
     yield "lroom", radiosity.load(SCENES / "lroom.toml")
-    yield "two rooms", ROOMS["two rooms"]()
-    yield "table", ROOMS["table"]()
+    for name in ("two rooms", "table", "two rooms, triangles"):
+        yield name, ROOMS[name]()
 
 
 def settings(scene):

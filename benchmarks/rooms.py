@@ -1,5 +1,6 @@
 """Rooms that benchmarks share: small ones in code, and one furnished with many triangles."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -68,9 +69,17 @@ def table():
     return scene("table", parts, [0.6, 0.0, *[0.6] * 5], [0, 8, *[0] * 5])
 
 
+def cut(whole: Scene) -> Scene:
+    """Return the same scene of quadrilaterals as triangles."""
+    faces = whole.faces
+    halves = faces.vertices[:, [[0, 1, 2, 2], [0, 2, 3, 3]]].reshape(-1, 4, 3)
+    twice = (np.repeat(x, 2) for x in (faces.material, faces.group))
+    return replace(whole, faces=Faces.from_polygons(halves, *twice, merge=False))
+
+
 SCENES = {
     "cornell_box": lambda: radiosity.load(CORNELL), "box": bright_box, "two rooms": two_rooms,
-    "table": table,
+    "table": table, "two rooms, triangles": lambda: cut(two_rooms()),
 }  # fmt: skip
 
 

@@ -74,6 +74,11 @@ def faces_of(polygons, material=0):
     return Faces.from_polygons(polygons, material, 0, merge=False)
 
 
+def halves(polygons):
+    """Return the triangles (2 n, 4, 3) that quadrilaterals (n, 4, 3) consist of."""
+    return polygons[:, [[0, 1, 2, 2], [0, 2, 3, 3]]].reshape(-1, 4, 3)
+
+
 def material(reflectance=0.5, exitance=0.0, two_sided=True, name="wall"):
     """Return a material; ``exitance`` is M_e in W/m2, a number for all bands or three."""
     rho = np.broadcast_to(np.asarray(reflectance, float), 3).copy()

@@ -6,7 +6,7 @@ import weakref
 
 import numpy as np
 import pytest
-from scenes_for_tests import SQUARE, block, box, l_room, scene
+from scenes_for_tests import SQUARE, block, box, halves, l_room, scene
 
 from radiosity.scene.model import SceneError
 from radiosity.solve import adapt, plan
@@ -73,6 +73,15 @@ def test_the_error_is_what_was_asked_and_what_was_said():
             errors.append(np.mean(off**2))
     assert np.mean(covered) >= 0.95
     assert np.sqrt(np.mean(bars)) <= 5.0 * np.sqrt(np.mean(errors))
+
+
+def test_triangles_take_no_more_patches_than_needed():
+    rho, exitance = [0.2, 0.7, 0.5, 0.3, 0.6, 0.4], [0, 1.0, 0, 0, 0, 0.3]
+    square = solve(scene(ROOM, rho, exitance), 0.02)
+    cut = solve(scene(halves(ROOM), np.repeat(rho, 2), np.repeat(exitance, 2)), 0.02)
+    assert len(cut.patches) < 3 * len(square.patches)
+    power = [x.patches.area @ x.radiosity for x in (square, cut)]
+    assert power[1] == pytest.approx(power[0], rel=0.02)
 
 
 def test_patch_errors_are_of_the_patches_own_size():

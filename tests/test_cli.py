@@ -61,7 +61,7 @@ def test_help_imports_nothing_heavy():
 
 def test_info_describes_the_scene():
     out = radiosity("info", CORNELL).stdout
-    assert "18 quadrilaterals, 2 triangles" in out
+    assert "faces 20 (quadrilaterals 18, triangles 2)" in out
     assert "0.725 0.71 0.68" in out and "17 12 4" in out
     assert "front" in out and "mm" in out
 

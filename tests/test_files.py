@@ -131,6 +131,7 @@ def test_what_is_no_file(tmp_path):
     (tmp_path / "d.obj").mkdir()
     os.mkfifo(tmp_path / "pipe.obj")
     assert problems(load, tmp_path / "rom.obj") == ["does not exist: did you mean room.obj?"]
+    assert problems(load, tmp_path / "moo.obj") == ["does not exist"]
     assert problems(load, tmp_path / "no" / "x.obj") == [
         f"does not exist: there is no folder {tmp_path / 'no'}"
     ]

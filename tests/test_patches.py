@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes_for_tests import SQUARE, block, box, faces_of, l_room, meshed, tetrahedron
+from scenes_for_tests import SQUARE, block, box, faces_of, halves, l_room, meshed, tetrahedron
 
 from radiosity.mesh.division import divisions
 from radiosity.mesh.patches import reversed_winding
@@ -88,9 +88,16 @@ def test_reversed_winding_twice_is_the_same_polygon():
 
 def test_divisions_make_cells_of_about_the_size():
     faces = faces_of(np.stack([SQUARE * [3, 1, 1], SQUARE[[0, 1, 2, 2]], SQUARE * 1e-3]))
-    assert divisions(faces, 0.5).shape.tolist() == [[6, 2], [3, 0], [1, 1]]
-    assert divisions(faces, 0.3).shape.tolist() == [[10, 4], [5, 0], [1, 1]]
+    assert divisions(faces, 0.5).shape.tolist() == [[6, 2], [2, 0], [1, 1]]
+    assert divisions(faces, 0.3).shape.tolist() == [[10, 4], [3, 0], [1, 1]]
     assert divisions(faces, 1e9).shape.tolist() == [[1, 1], [1, 0], [1, 1]]
+
+
+def test_a_room_of_triangles_is_divided_about_as_one_of_squares():
+    triangles = faces_of(halves(box((0, 0, 0), (1, 1, 1))))
+    for size in (0.5, 0.2, 0.05):
+        wanted = 6.0 / size**2
+        assert wanted <= divisions(triangles, size, np.rint).count <= 2.0 * wanted
 
 
 def test_divisions_do_not_depend_on_the_unit():

@@ -23,8 +23,8 @@ def describe(scene) -> str:
     extent = " x ".join(f"{v:g}" for v in high - low)
     triangles = int(faces.is_triangle.sum())
     lines = [
-        f"{scene.name}: {len(faces)} faces ({len(faces) - triangles} quadrilaterals, "
-        f"{triangles} triangles), {area.sum():.6g} m2, {extent} {scene.unit}, {scene.up} up",
+        f"{scene.name}: faces {len(faces)} (quadrilaterals {len(faces) - triangles}, "
+        f"triangles {triangles}), {area.sum():.6g} m2, {extent} {scene.unit}, {scene.up} up",
         "",
         f"{'material':16}{'faces':>7}{'area m2':>12}  {'diffuse reflectance':24}emission W/(m2 sr)",
     ]

@@ -8,6 +8,11 @@ import numpy as np
 
 from radiosity.mesh.faces import Faces
 
+# Cells along the side of a triangle, to those of a square as large. Measured on five rooms of
+# triangles at five accuracies: 1 takes as long, and some errors are over twice what is estimated;
+# 1.4 takes 1.3 times as long.
+TRIANGLE = 1.2
+
 
 @dataclass(frozen=True)
 class Division:
@@ -79,13 +84,14 @@ class Division:
 def divisions(faces: Faces, size: float, rounding: Callable = np.ceil) -> Division:
     """Return the division of each face into cells that measure about ``size``.
 
-    ``rounding`` makes whole numbers of the quotients.
+    Those of triangles are as large as squares that serve linear elements as well. ``rounding``
+    makes whole numbers of the quotients.
     """
     v = faces.vertices
     edge = np.linalg.norm(np.roll(v, -1, axis=1) - v, axis=2)
     triangle = faces.is_triangle
     along = np.maximum(edge[:, [0, 1]], edge[:, [2, 3]])
-    along[triangle, 0] = edge[triangle][:, [0, 1, 3]].max(axis=1)
+    along[triangle, 0] = TRIANGLE * np.sqrt(faces.areas()[triangle])
     count = np.maximum(1, rounding(along / size - 1e-9)).astype(int)
     count[triangle, 1] = 0
     return Division(count)

@@ -105,10 +105,12 @@ def _file_problem(path):
 
 
 def _like(path):
-    """Return a question with the most similar name in the folder."""
+    """Return a question with the most similar name in the folder, the endings set aside."""
     if not path.parent.is_dir():
         return f": there is no folder {path.parent}"
-    like = difflib.get_close_matches(path.name, [p.name for p in path.parent.iterdir()], n=1)
+    stems = difflib.get_close_matches(path.stem, [p.stem for p in path.parent.iterdir()])
+    names = [p.name for p in path.parent.iterdir() if p.stem in stems]
+    like = difflib.get_close_matches(path.name, names, n=1)
     return f": did you mean {like[0]}?" if like else ""
 
 
