@@ -79,6 +79,13 @@ def test_a_single_share_is_divided_alone():
     assert made.splits[0][5] > 1 and np.all(np.delete(made.splits[0], 5) == 1)
 
 
+def test_a_large_step_takes_many_cells_whatever_the_shares_promise():
+    shares = 1e-3 * np.linspace(0.01, 1.0, 100)
+    shares[7] = 1.0
+    made = refine(Division(np.array([[10, 10]])), shares, 0.3, 1e9)
+    assert 100 * 0.3**-refinement.GAIN <= made.count < 300
+
+
 def test_no_more_cells_than_may_be():
     rng = np.random.default_rng(0)
     made = refine(Division(np.array([[10, 10]])), rng.uniform(size=100), 1e-3, 250)

@@ -20,6 +20,7 @@ SWEEPS, SETTLED = 30, 0.01  # of the adjoint solution: at most, and the change t
 ORDER = 2.0  # of a cell's share of the error in its size
 FALL = 0.68  # measured: the error falls as the sum of the shares to this power
 LARGEST = 4.0  # factor that a cell is divided by at once
+GAIN = 0.6  # measured: cells become more by at least this power of the fall of the error
 LEAST, WORTH = 1.3, 1.2  # factors that all cells become more by: where there is room, where not
 
 
@@ -100,8 +101,8 @@ def refine(division: Division, shares: np.ndarray, wanted: float, most: float) -
 
     A cell's share falls as the size of its parts to the power ORDER, and shares add in quadrature:
     with the fewest parts in all, their size is a power of the share; FALL makes up for kinks, where
-    the order is less. None where nothing is left to divide, or ``most`` allows too few more cells
-    to be worth a round.
+    the order is less, GAIN for what the shares do not show. None where nothing is left to divide,
+    or ``most`` allows too few more cells to be worth a round.
 
     Parameters
     ----------
@@ -109,12 +110,13 @@ def refine(division: Division, shares: np.ndarray, wanted: float, most: float) -
         Of the error, see `blame`.
     """
     goal = wanted ** (1.0 / FALL) * np.sqrt(np.sum(shares**2))
+    least = max(LEAST, wanted**-GAIN)
     low, high = 0.0, float(shares.max(initial=0.0))  # levels that shares are cut down to
     for _ in range(60):
         middle = 0.5 * (low + high)
         split = _cut_to(shares, middle)
         enough = np.sqrt(np.sum((shares * split**-ORDER) ** 2)) <= (1 + 1e-9) * goal
-        enough &= np.sum(split**2) >= LEAST * division.count
+        enough &= np.sum(split**2) >= least * division.count
         low, high = (middle, high) if enough or np.sum(split**2) > most else (low, middle)
     split = _cut_to(shares, low)
     if np.sum(split**2) > most:
