@@ -3,7 +3,7 @@
 A level whose error falls by the factor g from the one to the other differs from it by g - 1 times
 its own error. Halving the cells of linear elements makes g about 4 in the norm of the accuracy,
 which edges and shadows decide; linear elements on the same cells are so much better than constant
-ones that the difference is the error itself.
+ones that the difference is most of the error.
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from radiosity.transport.sampling import hashed, places
 
 # Of the difference: to halved cells, to linear elements, to a quarter of the clusters and half of
 # the rays, whose noise is as large as that of the difference.
-HALVED, REFINED, COARSER = 0.42, 1.0, 0.5
+HALVED, REFINED, COARSER = 0.42, 1.3, 0.5
 QUANTILE, DIM = 0.95, 0.1
 SCATTER = 1.25  # of the rms difference, what bars have at least: two levels may agree by chance
 LEAST, MOST, GOALS = 256, 2000, 500  # points at which levels are compared
@@ -126,7 +126,7 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
     here, there = level.gathered(points, normals), check.level.gathered(points, normals)
     y = luminance(here.total)
     scale = float(np.average(y[:many], weights=area)) if many else 0.0
-    unit = np.maximum(np.maximum(y, DIM * scale), 1e-300 if scale else np.inf)
+    unit = yardstick(y, scale)
     error = check.share * (here.total - there.total)
     parts = [np.abs(luminance(x)) / unit for x in (error, here.error)]
     relative = np.hypot(*parts)
@@ -143,6 +143,14 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
         reached = _quantile(relative[count], area)
     judged = points[count], normals[count], np.sqrt(area / area.sum()) / unit[count]
     return Estimate(reached, scatter, scale, mesh, kernel, patch, np.sqrt(total), judged)
+
+
+def yardstick(y: np.ndarray, scale: float) -> np.ndarray:
+    """Return what errors of irradiances y (luminance-weighted) refer to: the norm of the accuracy.
+
+    Each itself, or DIM of their mean ``scale``; infinity where all is dark.
+    """
+    return np.maximum(np.maximum(y, DIM * scale), 1e-300 if scale else np.inf)
 
 
 def raised(estimate: Estimate, check: Check, shares: np.ndarray) -> Estimate:
@@ -167,11 +175,14 @@ def _chosen(area):
     if len(area) <= MOST:
         times = -(-LEAST // max(1, len(area)))
         return np.tile(np.arange(len(area)), times), np.tile(area, times)
-    share = np.cumsum(area) / area.sum()
-    found, times = np.unique(
-        np.searchsorted(share, (np.arange(MOST) + 0.5) / MOST), return_counts=True
-    )
+    found, times = np.unique(evenly(area, MOST), return_counts=True)
     return found, times.astype(float)
+
+
+def evenly(area: np.ndarray, count: int) -> np.ndarray:
+    """Return (count,) indices of areas, each as often as its share of the whole asks."""
+    share = np.cumsum(area) / area.sum()
+    return np.searchsorted(share, (np.arange(count) + 0.5) / count)
 
 
 def _quantile(values, weight) -> float:

@@ -25,7 +25,7 @@ SOLVED, RULE, FADES, FINEST_RULE = 1e-5, 3e-2, 0.1, 1e-7
 FACTORS, FACE, BYTES = 32, 2500, (40, 105)
 # Patches for the accuracy 1: more as its inverse to the power MORE of linear elements, which are
 # refined, and as its inverse of constant ones, whose order is 2 in the size of the patches.
-PATCHES_AT_UNIT_ACCURACY, MORE, CONSTANT_AT_UNIT_ACCURACY = 9.0, 0.7, 15.0
+PATCHES_AT_UNIT_ACCURACY, MORE, CONSTANT_AT_UNIT_ACCURACY = 9.0, 0.7, 24.0
 
 
 class Refused(RuntimeError):

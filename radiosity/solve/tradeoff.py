@@ -9,7 +9,7 @@ import numpy as np
 from radiosity.light.photometry import luminance
 from radiosity.scene.model import Scene
 from radiosity.solve.adapt import refined_clusters
-from radiosity.solve.estimate import DIM
+from radiosity.solve.estimate import evenly, yardstick
 from radiosity.solve.methods import SOLVERS
 from radiosity.solve.plan import plan_of_clusters
 from radiosity.solve.solution import Solution
@@ -67,7 +67,7 @@ class Reference:
         """Return the 95th percentile of a solution's errors, in the norm of the accuracy."""
         y = luminance(self.irradiance)
         found = luminance(solution.irradiance(self.points, self.normals)[0])
-        return float(np.percentile(np.abs(found - y) / np.maximum(y, DIM * self.scale), 95))
+        return float(np.percentile(np.abs(found - y) / yardstick(y, self.scale), 95))
 
 
 def make_reference(scene: Scene, accuracy: float) -> Reference:
@@ -81,9 +81,7 @@ def make_reference(scene: Scene, accuracy: float) -> Reference:
 
 def _points_on(solution):
     """Return POINTS points evenly over the lit surfaces, and the normals there."""
-    area = solution.patches.area * solution.live
-    share = np.cumsum(area) / area.sum()
-    rows = np.searchsorted(share, (np.arange(POINTS) + 0.5) / POINTS)
+    rows = evenly(solution.patches.area * solution.live, POINTS)
     points = places(solution.patches.vertices[rows], 2, np.zeros(POINTS, np.uint64))
     return points, solution.patches.normal[rows]
 
