@@ -32,6 +32,12 @@ def load(path: str | Path, merge: bool = True) -> Scene:
     ------
     SceneError
         Lists everything that is wrong with the file and with those it names.
+
+    Examples
+    --------
+    >>> scene = load("scenes/box6.toml")
+    >>> scene.name, len(scene.faces), scene.unit
+    ('Room of six faces', 6, 'm')
     """
     path = Path(path)
     if path.suffix.lower() != ".toml":

@@ -14,6 +14,12 @@ class SceneError(ValueError):
     ----------
     problems : list of str
         One complete sentence a problem.
+
+    Examples
+    --------
+    >>> raise SceneError("room.toml", ["unit = 'yd' must be one of m, cm, mm, in, ft"])
+    Traceback (most recent call last):
+    radiosity.scene.model.SceneError: room.toml: unit = 'yd' must be one of m, cm, mm, in, ft
     """
 
     def __init__(self, source: str, problems: list[str]):
@@ -42,6 +48,12 @@ class Material:
     emission : (3,) float64
         Radiance in W/(m2 sr), from the front only.
     specular : Phong or None
+
+    Examples
+    --------
+    >>> white = Material("white", np.full(3, 0.8), np.full(3, 0.2), np.zeros(3))
+    >>> white.emits
+    False
     """
 
     name: str
@@ -59,7 +71,14 @@ class Material:
 
 @dataclass(frozen=True)
 class Camera:
-    """Pinhole camera; lengths in scene units, ``fov`` vertical in degrees, ``size`` (w, h)."""
+    """Pinhole camera; lengths in scene units, ``fov`` vertical in degrees, ``size`` (w, h).
+
+    Examples
+    --------
+    >>> eye, at, up = np.array([0.0, -3, 1]), np.array([0.0, 0, 1]), np.array([0.0, 0, 1])
+    >>> Camera("front", eye, at, up, 40.0, (64, 48)).size
+    (64, 48)
+    """
 
     name: str
     position: np.ndarray
@@ -83,7 +102,16 @@ class Truth:
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene as read; lengths are in ``unit``, whose size in metres is ``unit_m``."""
+    """A scene as read; lengths are in ``unit``, whose size in metres is ``unit_m``.
+
+    Examples
+    --------
+    >>> white = Material("white", np.full(3, 0.8), np.full(3, 0.2), np.ones(3))
+    >>> square = np.array([[[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]])
+    >>> scene = Scene("square", Faces.from_polygons(square, 0, 0), (white,), ("all",))
+    >>> scene.faces.areas().tolist()
+    [1.0]
+    """
 
     name: str
     faces: Faces

@@ -1,6 +1,7 @@
 """Refinement until the estimated error meets the accuracy, and the checks that estimate it."""
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +22,6 @@ from radiosity.solve.estimate import (
     raised,
 )
 from radiosity.solve.level import Level, solve_level
-from radiosity.solve.methods import Watch
 from radiosity.solve.plan import (
     MOST_CLUSTERS,
     MOST_LINEAR,
@@ -44,7 +44,7 @@ SURE, MORE_RAYS = 0.8, 4  # share of a time that is planned with; rays in a roun
 
 
 def refined(
-    scene: Scene, plan: Plan, memory: float | None, watch: Watch | None = None,
+    scene: Scene, plan: Plan, memory: float | None, watch: Callable[[Level], None] | None = None,
     progress: Progress = silent, goal: Goal | None = None,
 ) -> tuple[Level, Check, Estimate]:  # fmt: skip
     """Solve on finer and finer meshes until the estimate meets the plan's accuracy.
@@ -75,8 +75,9 @@ class Rounds:
     """
 
     def __init__(
-        self, scene: Scene, plan: Plan, memory: float | None = None, watch: Watch | None = None,
-        progress: Progress = silent, goal: Goal | None = None,
+        self, scene: Scene, plan: Plan, memory: float | None = None,
+        watch: Callable[[Level], None] | None = None, progress: Progress = silent,
+        goal: Goal | None = None,
     ):  # fmt: skip
         """Choose the first mesh; see `refined`."""
         self.level = self.check = self.estimate = None
@@ -148,7 +149,8 @@ class Clock:
 
 
 def refined_clusters(
-    scene: Scene, plan: Plan, memory: float | None, progress: Progress = silent,
+    scene: Scene, plan: Plan, memory: float | None,
+    watch: Callable[[Clustered], None] | None = None, progress: Progress = silent,
     goal: Goal | None = None,
 ) -> tuple[Clustered, Check, Estimate]:  # fmt: skip
     """Solve with more and more clusters and rays until the estimate meets the plan's accuracy.
@@ -158,7 +160,7 @@ def refined_clusters(
     clusters, recipe, clock = plan.clusters, plan.recipe, Clock(plan.seconds)
     reach = find_reach(scene, plan.division, recipe.seed, recipe.force, progress=progress)
     for _ in range(ROUNDS):
-        level = solve_clusters(scene, reach, recipe, clusters, progress)
+        level = solve_clusters(scene, reach, recipe, clusters, progress, watch)
         check = Check(coarser(level, clusters // 4), COARSER)
         estimate = compare(level, check, goal)
         clusters, recipe = 2 * clusters, replace(recipe, counted=MORE_RAYS * recipe.counted)

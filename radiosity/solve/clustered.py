@@ -6,6 +6,7 @@ their patches: F = Push L Pull, with L between clusters, Pull the mean over a cl
 same irradiance for all of its patches.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -128,8 +129,9 @@ class Clustered:
 
 
 def solve_clusters(
-    scene: Scene, reach: Reach, recipe: Recipe, clusters: int, progress: Progress = silent
-) -> Clustered:
+    scene: Scene, reach: Reach, recipe: Recipe, clusters: int, progress: Progress = silent,
+    watch: Callable[[Clustered], None] | None = None,
+) -> Clustered:  # fmt: skip
     """Solve a mesh of many patches by so many clusters; see `solve_level` for what it raises."""
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     terms, lights = make_terms(scene, patches, reach.live), area_lights(scene, MOST_LIGHTS)
@@ -145,7 +147,7 @@ def solve_clusters(
         for some in (range(half), range(half, 2 * half))
     )  # fmt: skip
     factors = repaired(counted_factors(one + two, area, 2 * half))
-    made = solved(scene, reach, recipe, terms, lights, labels, factors, straight)
+    made = solved(scene, reach, recipe, terms, lights, labels, factors, straight, watch)
     return replace(made, half=counted_factors(one, area, half))
 
 
@@ -179,7 +181,9 @@ def _straight(reach, rows, lights, seed, progress):
     return found
 
 
-def solved(scene, reach, recipe, terms, lights, labels, factors, straight) -> Clustered:
+def solved(
+    scene, reach, recipe, terms, lights, labels, factors, straight, watch=None
+) -> Clustered:
     """Solve the system of clusters and send its light down to the patches.
 
     What of the straight light is reflected is scaled to the power that leaves the lamps and stays,
@@ -203,9 +207,13 @@ def solved(scene, reach, recipe, terms, lights, labels, factors, straight) -> Cl
     source = mean(own + rho * (kept + entering))
     system = System(factors, mean(rho), mean(terms.absorptance[rows]), source)
     solver = suited(recipe.solver, system, np.ones(n, bool))
-    b, history = solve_bands(solver, system, recipe.tolerance, recipe.force)
-    e = straight + entering + (factors @ b)[labels]
-    return Clustered(
-        scene, reach, terms, recipe, labels, factors, lights, straight, emission + rho * e, e,
-        factors.environment[labels], history, solver,
-    )  # fmt: skip
+
+    def level(b, history):
+        e = straight + entering + (factors @ b)[labels]
+        return Clustered(
+            scene, reach, terms, recipe, labels, factors, lights, straight, emission + rho * e, e,
+            factors.environment[labels], history, solver,
+        )  # fmt: skip
+
+    seen = None if watch is None else lambda b: watch(level(b, []))
+    return level(*solve_bands(solver, system, recipe.tolerance, recipe.force, seen))

@@ -145,6 +145,15 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
     return Estimate(reached, scatter, scale, mesh, kernel, patch, np.sqrt(total), judged)
 
 
+def unknown(level: Level) -> tuple[Check, Estimate]:
+    """Return the estimate of a level that is not solved yet: errors are infinite."""
+    none = np.zeros((0, 3))
+    nowhere = none, none, np.zeros(0)
+    return Check(level, 0.0), Estimate(
+        np.inf, np.inf, 1.0, np.inf, 0.0, np.zeros(0, int), none, nowhere
+    )
+
+
 def yardstick(y: np.ndarray, scale: float) -> np.ndarray:
     """Return what errors of irradiances y (luminance-weighted) refer to: the norm of the accuracy.
 

@@ -1,5 +1,6 @@
 """One mesh, solved: its elements, factors and radiosities, and irradiance from them anywhere."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +12,7 @@ from radiosity.mesh.elements import make_elements
 from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.scene.model import Scene, SceneError
 from radiosity.solve.assembly import fitted, raw_factors
-from radiosity.solve.methods import System, Watch, solve_bands
+from radiosity.solve.methods import System, solve_bands
 from radiosity.solve.plan import Recipe, check_memory
 from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
@@ -153,7 +154,8 @@ class Level:
 
 def solve_level(
     scene: Scene, reach: Reach, recipe: Recipe, *, factors: FormFactors | None = None,
-    constant: bool = False, watch: Watch | None = None, memory: float | None = None,
+    constant: bool = False, watch: Callable[[Level], None] | None = None,
+    memory: float | None = None,
     progress: Progress = silent,
 ) -> Level:  # fmt: skip
     """Solve a meshed scene.
@@ -164,6 +166,8 @@ def solve_level(
         For order 0, those of the same patches, made before.
     constant : bool
         Leave the slopes of linear elements out: constant ones, by collocation.
+    watch : callable, optional
+        Called with a level at every iterate, of ``southwell`` with its ambient correction.
     memory : float, optional
         Bytes that may be used; half of what is free by default.
 
@@ -199,11 +203,15 @@ def solve_level(
         outside, own = factors.environment, np.arange(len(patches))
     system = _system(scene, terms, factors, outside, own, elements.width)
     solver = suited(recipe.solver, system, reach.live[own])
-    b, history = solve_bands(solver, system, recipe.tolerance, recipe.force, watch)
-    e = factors @ b + _entering(scene, outside)
-    if recipe.order == 0:
-        b, e, outside = b[rows], e[rows], outside[rows]
-    return Level(scene, reach, terms, recipe, senders, factors, b, e, outside, history, solver)
+
+    def level(b, history):
+        e = factors @ b + _entering(scene, outside)
+        parts = b, e, outside
+        b, e, out = parts if recipe.order == 1 else (x[rows] for x in parts)
+        return Level(scene, reach, terms, recipe, senders, factors, b, e, out, history, solver)
+
+    seen = None if watch is None else lambda b: watch(level(b.copy(), []))
+    return level(*solve_bands(solver, system, recipe.tolerance, recipe.force, seen))
 
 
 def _entering(scene, outside):

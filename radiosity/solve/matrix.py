@@ -77,7 +77,7 @@ def form_factors(
     --------
     >>> import trimesh
     >>> room = trimesh.creation.box()
-    >>> room.invert()
+    >>> _ = room.invert()
     >>> F = form_factors(room, accuracy=1e-6)
     >>> F.shape, bool(abs(F.row_sums() - 1).max() < 1e-12)
     ((12, 12), True)

@@ -25,7 +25,14 @@ Watch = Callable[[np.ndarray], None]
 
 
 class NotConverged(RuntimeError):
-    """An iteration did not reach its tolerance; ``history`` holds its error bounds."""
+    """An iteration did not reach its tolerance; ``history`` holds its error bounds.
+
+    Examples
+    --------
+    >>> raise NotConverged("Jacobi", [0.5, 0.1], 1e-3)
+    Traceback (most recent call last):
+    radiosity.solve.methods.NotConverged: Jacobi stopped at an error bound of 1.00e-01 after 2 ...
+    """
 
     def __init__(self, method: str, history: list[float], tolerance: float):
         self.history = history

@@ -29,7 +29,15 @@ PATCHES_AT_UNIT_ACCURACY, MORE, CONSTANT_AT_UNIT_ACCURACY = 9.0, 0.7, 24.0
 
 
 class Refused(RuntimeError):
-    """The plan needs more memory than it may take; nothing was computed."""
+    """The plan needs more memory than it may take; nothing was computed.
+
+    Examples
+    --------
+    >>> import radiosity
+    >>> radiosity.solve(radiosity.load("scenes/box6.toml"), memory=1e5)
+    Traceback (most recent call last):
+    radiosity.solve.plan.Refused: 128 patches need about ..., more than the 85.0 kB allowed: ...
+    """
 
 
 @dataclass(frozen=True)

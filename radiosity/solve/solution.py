@@ -44,6 +44,14 @@ class Solution:
         The solved mesh.
     judge : callable
         Returns the `Check` and the `Estimate` of its error.
+
+    Examples
+    --------
+    >>> import radiosity
+    >>> solution = radiosity.solve(radiosity.load("scenes/furnace.toml"), accuracy=0.1)
+    >>> E, error = solution.irradiance([[1, 1, 0]], [[0, 0, 1]])
+    >>> E.round(3).tolist(), solution.closed
+    ([[1.25, 4.0, 2.5]], True)
     """
 
     scene: Scene

@@ -1,12 +1,14 @@
 """From a scene to its solution: the mesh that the accuracy asks for, solved, with its error."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from radiosity.scene.model import Scene
 from radiosity.solve.adapt import check_of, refined, refined_clusters
-from radiosity.solve.estimate import Goal, compare
+from radiosity.solve.estimate import Goal, compare, unknown
 from radiosity.solve.level import solve_level
-from radiosity.solve.methods import NotConverged, Watch
+from radiosity.solve.methods import NotConverged
 from radiosity.solve.plan import check_memory, left_beside, make_plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.solution import Solution, checked_points
@@ -29,7 +31,7 @@ def solve(
     memory: float | None = None,
     progress: Progress = silent,
     factors: FormFactors | None = None,
-    watch: Watch | None = None,
+    watch: Callable[[Solution], None] | None = None,
     goal: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Solution:
     """Solve B = M_e + rho F B for a scene (E7).
@@ -63,8 +65,8 @@ def solve(
         Those between this scene's patches, as `radiosity.solve.assembly.scene_factors` makes and
         `radiosity.transport.store.load_factors` reads them; computed anew if not given. Order 0.
     watch : callable, optional
-        Called with the coefficients of the radiosities at every iterate, of ``southwell`` with
-        their ambient correction.
+        Called with what is found so far, to be shown, whenever the solver has improved it; of
+        ``southwell`` it has the ambient correction. Its errors are not known: infinite.
     goal : (points, normals), optional
         Refine for these points (k, 3) only, until 95 % of their errors meet the accuracy; of more
         than 500, some are judged.
@@ -80,6 +82,16 @@ def solve(
     NotConverged
     NotClosable
         The rows of the form factors cannot be closed.
+
+    Examples
+    --------
+    >>> import radiosity
+    >>> scene, early = radiosity.load("scenes/box6.toml"), []
+    >>> solution = radiosity.solve(scene, 0.05, solver="southwell", watch=early.append)
+    >>> bool(solution.estimate.reached <= 0.05)
+    True
+    >>> radiosity.render(early[0], size=(8, 6), samples=8).pixels.shape
+    (6, 8, 3)
     """
     scene.check()
     if factors is not None:
@@ -92,15 +104,14 @@ def solve(
     memory = left_beside(len(scene.faces), memory)
     check_memory(plan.clusters or plan.division.count, memory, plan.recipe.order)
     aim = None if goal is None else Goal.of(*checked_points(*goal), seed)
+    seen = watch and (lambda level: watch(Solution(scene, plan, level, lambda: unknown(level))))
     if plan.adapts:
-        if plan.clusters:
-            found = refined_clusters(scene, plan, memory, progress, aim)
-        else:
-            found = refined(scene, plan, memory, watch, progress, aim)
+        until = refined_clusters if plan.clusters else refined
+        found = until(scene, plan, memory, seen, progress, aim)
         return _judged(Solution(scene, plan, found[0], lambda: found[1:]))
     reach = find_reach(scene, plan.division, seed, force, progress=progress)
     level = solve_level(
-        scene, reach, plan.recipe, factors=factors, watch=watch, progress=progress, memory=memory
+        scene, reach, plan.recipe, factors=factors, watch=seen, progress=progress, memory=memory
     )
 
     def judge():

@@ -26,6 +26,12 @@ class NotClosable(RuntimeError):
         The row that is left furthest from 1.
     defect : float
         Its row sum + environment - 1 when the repair ended.
+
+    Examples
+    --------
+    >>> repaired(FormFactors(np.array([[0, 1.0], [1.0, 0]]), np.array([1.0, 3.0])))
+    Traceback (most recent call last):
+    radiosity.transport.closure.NotClosable: row 0 of the form factors sums to 1 ...
     """
 
     def __init__(self, raw: np.ndarray, left: np.ndarray):

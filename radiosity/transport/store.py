@@ -93,6 +93,12 @@ def load_factors(path: str | os.PathLike, format: str | None = None) -> FormFact
         finite, negative or not reciprocal: names file, key, value, bound and a way out.
     OSError
         Where it cannot be read.
+
+    Examples
+    --------
+    >>> save_factors(FormFactors(np.array([[0, 1.0], [1.0, 0]]), np.ones(2)), "two.npz")
+    >>> load_factors("two.npz").toarray().tolist()
+    [[0.0, 1.0], [1.0, 0.0]]
     """
     kind = find_format(path, format)
     if kind == "csv":

@@ -52,7 +52,11 @@ def save(solution: Solution, path: str | PathLike) -> None:
 
     Examples
     --------
-    >>> save(solution, "room.csv")                                      # doctest: +SKIP
+    >>> import radiosity
+    >>> solution = radiosity.solve(radiosity.load("scenes/box6.toml"), 0.1)
+    >>> save(solution, "room.csv")
+    >>> Path("room.csv").read_text()[:11]
+    'index,face,'
     """
     check_suffix(path)
     with written_whole(path) as temporary:

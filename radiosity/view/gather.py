@@ -63,6 +63,13 @@ def render(
     ------
     ValueError
         No such camera, or a size or number of samples out of range.
+
+    Examples
+    --------
+    >>> import radiosity
+    >>> solution = radiosity.solve(radiosity.load("scenes/box6.toml"), 0.1)
+    >>> render(solution, size=(8, 6), samples=8).pixels.shape
+    (6, 8, 3)
     """
     total = pass_count(samples)
     shading = make_shading(solution)

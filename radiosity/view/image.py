@@ -28,6 +28,11 @@ class Image:
     ------
     ValueError
         Where the shape is another, a pixel is not finite or the exposure not positive.
+
+    Examples
+    --------
+    >>> Image(np.ones((2, 3, 3)), exposure=0.5).pixels.dtype
+    dtype('float32')
     """
 
     pixels: np.ndarray
@@ -103,6 +108,10 @@ def write(image: Image, path: str | PathLike) -> None:
         For any other suffix.
     OSError
         Where the file cannot be written.
+
+    Examples
+    --------
+    >>> write(Image(np.ones((2, 3, 3))), "grey.exr")
     """
     suffix = check_suffix(path)
     with written_whole(path) as temporary:

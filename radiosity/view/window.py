@@ -82,7 +82,10 @@ def show(
 
     Examples
     --------
-    >>> show(solution)                                                  # doctest: +SKIP
+    >>> import radiosity
+    >>> solution = radiosity.solve(radiosity.load("scenes/box6.toml"), 0.1)
+    >>> show(solution, size=(64, 48), off_screen=True).shape
+    (48, 64, 3)
     """
     window = Window(solution, camera, size, samples=samples, off_screen=off_screen)
     try:
