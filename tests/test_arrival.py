@@ -111,6 +111,21 @@ def test_linear_fields_over_a_room_against_brute_force():
     assert found == pytest.approx(by_directions(walls, points, normals, slope), rel=2e-3)
 
 
+def test_walls_hide_a_room_from_points_outside_of_it():
+    """Nothing lies behind a room's walls, so that they block nothing: but what looks from there."""
+    slope, rng = np.array([0.7, -1.1, 0.4]), np.random.default_rng(4)
+    walls = np.delete(box((0, 0, 0), (1, 1, 1)), 3, axis=0)  # open at x = 1
+    senders = senders_of(walls)
+    b = coefficients(senders.elements, slope)
+    points, _ = random_points(rng, 24, (-1.5, -1.5, -1.5), (2.5, 2.5, 2.5))
+    points[:4] = [[1.5, 0.5, 0.5], [0.5, 0.5, -1e-3], [-1e-3, 0.2, 0.7], [0.5, 0.5, 0.1]]
+    normals = (0.5 - points) / np.linalg.norm(0.5 - points, axis=1)[:, None]
+    found = arriving(senders, b[:, None], points, normals).total[:, 0]
+    expected = by_directions(walls, points, normals, slope, 300)
+    assert found == pytest.approx(expected, rel=5e-3, abs=5e-3)
+    assert np.all(found[1:3] == 0.0) and np.sum(found == 0.0) > 5 and np.sum(found > 0.1) > 5
+
+
 def coefficients(elements, slope):
     """Coefficients of 10 + slope . x: axes have the length 1/radius, so slopes times its square."""
     square = np.sum(elements.axes**2, axis=2)
@@ -139,7 +154,8 @@ def by_directions(walls, points, normals, slope, count=200):
             for k in range(4):
                 edge = w[(k + 1) % 4] - w[k]
                 inside &= np.cross(edge, y - w[k]) @ facing > -1e-12
-            nearest[inside], value[inside] = t[inside], 10.0 + y[inside] @ slope
+            sent = np.where(d @ facing < 0, 10.0 + y @ slope, 0.0)  # backs are dark
+            nearest[inside], value[inside] = t[inside], sent[inside]
         found.append(value.mean())
     return np.array(found)
 

@@ -168,7 +168,7 @@ def fault_in_convexity(patch):
     """Every face taken for one on the hull of the scene, which cannot block."""
     from radiosity.transport import blockers
 
-    patch(blockers, "_on_the_hull", lambda corners, *rest: np.ones(len(corners), bool))
+    patch(blockers, "on_the_hull", lambda corners, *rest: np.ones(len(corners), bool))
 
 
 def fault_in_openness(patch):

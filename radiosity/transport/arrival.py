@@ -106,6 +106,12 @@ def weights_of(
     left = np.zeros((len(points), n), bool)
     x = (points - visibility.centre) * visibility.scale
     weigh(x, normals, lift, senders.sight, make_space(), weights, left)
+    outside = np.flatnonzero(visibility.outside(x))
+    if len(outside):
+        walled = senders.sight._replace(blockers=visibility.facets)
+        found = np.zeros((len(outside), weights.shape[1])), np.zeros_like(left[outside])
+        weigh(x[outside], normals[outside], lift, walled, make_space(), *found)
+        weights[outside], left[outside] = found
     if not left.any():
         return weights, None
     return weights, _by_rays(senders, points, normals, first, weights, left, seed)

@@ -52,7 +52,7 @@ def make_blockers(corners, count, normal, body, grain, hull: bool = False) -> Bl
     grain = np.full(len(corners), grain, float)
     inside = np.arange(len(corners))
     if not hull:
-        inside = np.flatnonzero(~_on_the_hull(corners, normal, 8.0 * grain))
+        inside = np.flatnonzero(~on_the_hull(corners, normal, 8.0 * grain))
     order = inside[np.argsort(_morton(corners[inside].mean(axis=1)), kind="stable")]
     corners, count, normal, body = corners[order], count[order], normal[order], body[order]
     grain = grain[order]
@@ -88,8 +88,8 @@ def _beyond(corners, count, normal) -> np.ndarray:
     return found.reshape(k, most)
 
 
-def _on_the_hull(corners, normal, slack) -> np.ndarray:
-    """Return (k,) bool: polygons whose plane has all corners on one side, within slack.
+def on_the_hull(corners: np.ndarray, normal: np.ndarray, slack: np.ndarray) -> np.ndarray:
+    """Return (k,) bool: polygons whose plane has all corners on one side, within slack (k,).
 
     Those that the outermost corners in some directions lie on both sides of are spared the rest.
     """

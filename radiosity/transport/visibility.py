@@ -1,5 +1,7 @@
 """Visibility: rays against the faces of the scene. The only module that knows embreex."""
 
+from functools import cached_property
+
 import numpy as np
 
 from radiosity.mesh.bodies import find_bodies, free_of
@@ -7,7 +9,7 @@ from radiosity.mesh.contact import TOUCH
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.facets import Facets, merge_facets
 from radiosity.mesh.patches import Patches
-from radiosity.transport.blockers import make_blockers
+from radiosity.transport.blockers import make_blockers, on_the_hull
 
 LIFT = 1e-5  # ray origins and ends are lifted off their surface by this share of the half extent
 
@@ -72,6 +74,26 @@ class Visibility:
     def can_block(self) -> bool:
         """Whether any face can come between two points of the scene."""
         return len(self.blockers.count) > 0
+
+    @cached_property
+    def _shell(self):
+        """Return the planes (h, 3), (h,) of the outermost facets; normals point to the scene."""
+        f = self.facets
+        outer = on_the_hull(f.corners, f.normal, 8.0 * f.grain)
+        normal, corners = f.normal[outer], f.corners[outer]
+        level = np.einsum("hc,hc->h", normal, corners[:, 0])
+        every = f.corners.reshape(-1, 3)
+        side = np.sign(normal @ every.sum(axis=0) - len(every) * level)
+        return normal * side[:, None], level * side
+
+    def outside(self, points: np.ndarray) -> np.ndarray:
+        """Return (k,) bool: points, in ray coordinates, that outermost facets may hide others from.
+
+        Those lie behind one of them, by more than they may be off a surface that they are meant to
+        lie on.
+        """
+        normal, level = self._shell
+        return np.any(points @ normal.T < level - LIFT, axis=1)
 
     def free_sides(self, patches: Patches) -> np.ndarray:
         """Return (n, bodies + 1) bool: on which bodies' free side a patch surely lies.
