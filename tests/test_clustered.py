@@ -1,5 +1,7 @@
 """Scenes of many small faces: furnaces, the same answer as linear elements, honest errors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes_for_tests import box, scene, uv_sphere
@@ -8,6 +10,7 @@ from radiosity.analytic import box_form_factors, furnace
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Material, Scene
 from radiosity.solve import plan
+from radiosity.solve.adapt import refined_clusters
 from radiosity.solve.clustered import solve_clusters, solved
 from radiosity.solve.limits import DIMS, box_of_one_lamp, face_means, room_of
 from radiosity.solve.plan import make_plan, plan_of_clusters
@@ -50,6 +53,23 @@ def test_many_faces_are_gathered_into_clusters(balls):
     solution = solve(balls, 0.1)
     assert len(solution.level.factors.area) <= planned.clusters < len(solution.level.rows)
     assert solution.closed and solution.balance.defect < 0.02
+
+
+def test_names_of_materials_do_not_matter(balls):
+    """As many materials as faces, alike: the same clusters, where walls were once one each."""
+    own = tuple(balls.materials[k] for k in balls.faces.material)
+    faces = replace(balls.faces, material=np.arange(len(balls.faces)))
+    one, many = (solve(s, 0.2) for s in (balls, replace(balls, faces=faces, materials=own)))
+    assert np.array_equal(one.radiosity, many.radiosity)
+    assert one.estimate.reached == many.estimate.reached
+
+
+def test_what_rays_cannot_tell_takes_more_rays_not_more_clusters(balls):
+    planned = make_plan(balls, 0.04)
+    few = replace(planned, recipe=replace(planned.recipe, rays=32))
+    level, _, estimate = refined_clusters(balls, few, None)
+    assert estimate.reached <= 0.04 and level.recipe.rays > 32
+    assert level.recipe.counted == few.recipe.counted
 
 
 def room_near_one(left, emitted):

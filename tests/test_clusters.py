@@ -25,6 +25,19 @@ def test_clusters_hold_what_lies_together_and_looks_the_same_way():
         assert np.ptp(patches.centroid[mine], axis=0).max() < 0.8
 
 
+def test_many_kinds_take_no_more_clusters_than_wanted():
+    """Once each material in each direction was a cluster, and the walls were one each."""
+    _, _, patches = meshed(faces_of(np.concatenate([uv_sphere(24), 3 * CUBE - 1.5])), 1)
+    rows = np.arange(len(patches))
+    for wanted in (600, 150, 40):
+        for kinds in (1, 10, 300):
+            labels = make_clusters(patches, rows, rows % kinds, wanted)
+            assert wanted / 2.5 <= labels.max() + 1 <= wanted
+            parts = [patches.centroid[labels == c] for c in range(labels.max() + 1)]
+            across = max(np.ptp(p, axis=0).max() for p in parts)
+            assert across < (1.2 if wanted > 100 else 2.2)
+
+
 def test_few_patches_are_clusters_of_their_own():
     _, _, patches = meshed(faces_of(CUBE), 2)
     labels = make_clusters(patches, np.arange(24), np.zeros(24, int), 24)

@@ -1,5 +1,7 @@
 """What a scene requires: decisions as written by hand, and nothing skipped that matters."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scenes_for_tests import SQUARE, block, box, scene, uv_sphere
@@ -136,12 +138,21 @@ def test_rounds_ahead_are_as_likely_as_the_accuracy_is_far():
     assert np.all(np.diff(patches) > 0) and 2500 < patches[-1] <= MOST_LINEAR
 
 
+def rounds_of(mesh, kernel):
+    estimate = SimpleNamespace(mesh=mesh, kernel=kernel)
+    return tuple(x.tolist() for x in _rounds_of_clusters(make_plan(detailed(), 0.1), estimate))
+
+
 def test_clusters_double_while_the_error_is_too_large():
-    planned = make_plan(detailed(), 0.1)
-    assert planned.clusters == 600
-    assert _rounds_of_clusters(planned, 0.09).tolist() == [1]
-    assert _rounds_of_clusters(planned, 0.3).tolist() == [1, 2, 4]
-    assert _rounds_of_clusters(planned, 10.0).tolist() == [1, 2, 4, 8]  # 16 were too many
+    """The trial is between a quarter as many clusters; they start as 600, and 6000 are the most."""
+    assert rounds_of(0.18, 0.0) == ([1], [1])
+    assert rounds_of(0.6, 0.0) == ([1, 2, 4], [1, 1, 1])
+    assert rounds_of(20.0, 0.0) == ([1, 2, 4, 8], [1, 1, 1, 1])  # 16 were too many
+
+
+def test_rays_that_look_around_quadruple_while_their_noise_is_too_large():
+    assert rounds_of(0.1, 0.09) == ([1], [1, 4])
+    assert rounds_of(0.3, 0.2) == ([1, 2], [1, 4, 4, 16])
 
 
 def test_predicted_patches_are_about_those_that_are_solved():

@@ -4,21 +4,24 @@ import numpy as np
 
 from radiosity.mesh.patches import Patches
 
-FACETS = 2  # cells along each edge of a cube's face, into which directions are sorted
+FACETS = 2, 1  # cells along each edge of a cube's face, into which directions are sorted
+ROOM = 4  # cubes a group of one kind and direction, on average, that there must be room for
 SEARCH = 24  # halvings in the search for the size of cubes
 
 
 def make_clusters(patches: Patches, rows: np.ndarray, kind: np.ndarray, wanted: int) -> np.ndarray:
-    """Sort patches into about ``wanted`` clusters.
+    """Sort patches into about ``wanted`` clusters, and no more.
 
-    A cluster holds patches of one kind (a material) and side whose centroids lie in one cube of a
-    grid and whose normals point into one of 24 cells of directions.
+    A cluster holds patches of one kind whose centroids lie in one cube of a grid and whose normals
+    point into one of 24 cells of directions. Where these kinds and directions are too many, kinds
+    are not told apart, and if that does not do, only 6 directions are.
 
     Parameters
     ----------
     rows : (m,) int
         The patches that are sorted.
     kind : (m,) int
+        What is to be told apart, such as reflectances.
 
     Returns
     -------
@@ -27,8 +30,11 @@ def make_clusters(patches: Patches, rows: np.ndarray, kind: np.ndarray, wanted: 
     """
     if len(rows) <= wanted:
         return np.arange(len(rows))
-    fixed = _way(patches.normal[rows]) + 6 * FACETS**2 * (2 * kind + patches.front[rows])
-    fixed = np.unique(fixed, return_inverse=True)[1]
+    ways = [_way(patches.normal[rows], facets) for facets in FACETS]
+    for fixed in (ways[0] + 6 * FACETS[0] ** 2 * kind, *ways):
+        found, fixed = np.unique(fixed, return_inverse=True)
+        if ROOM * len(found) <= wanted:
+            break
     place = patches.centroid[rows] - patches.centroid[rows].min(axis=0)
     extent = float(place.max())
     low, high = 0.0, 2.0 * extent  # too many cubes, too few
@@ -48,7 +54,7 @@ def _sorted(place, fixed, size):
     return np.unique(key, return_inverse=True)[1].ravel()
 
 
-def _way(normal) -> np.ndarray:
+def _way(normal, facets) -> np.ndarray:
     """Return (m,) numbers of the cells of directions: squares on the faces of a cube."""
     axis = np.argmax(np.abs(normal), axis=1)
     k = np.arange(len(normal))
@@ -56,6 +62,6 @@ def _way(normal) -> np.ndarray:
     cell = axis * 2 + (along > 0)
     for turn in (1, 2):
         across = normal[k, (axis + turn) % 3] / np.abs(along)
-        part = np.clip(((across + 1.0) * FACETS / 2.0).astype(int), 0, FACETS - 1)
-        cell = cell * FACETS + part
+        part = np.clip(((across + 1.0) * facets / 2.0).astype(int), 0, facets - 1)
+        cell = cell * facets + part
     return cell

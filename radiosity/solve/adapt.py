@@ -41,6 +41,7 @@ AIM, STEPS, SLOWEST = 0.7, (0.25, 0.8), 1.15  # of the accuracy; of the error in
 CUT = 1.3  # patches to cells: some are cut, some have backs that are lit
 STEEP = 1.8  # power of the number of cells that the time of a round grows by
 SURE, MORE_RAYS = 0.8, 4  # share of a time that is planned with; rays in a round to those before
+MOST_LOOKS = 1 << 16  # rays that look around from a point
 
 
 def refined(
@@ -153,21 +154,28 @@ def refined_clusters(
     watch: Callable[[Clustered], None] | None = None, progress: Progress = silent,
     goal: Goal | None = None,
 ) -> tuple[Clustered, Check, Estimate]:  # fmt: skip
-    """Solve with more and more clusters and rays until the estimate meets the plan's accuracy.
+    """Solve with more clusters, or gather with more rays, until the estimate meets the accuracy.
 
     Each round is compared with itself on a quarter as many clusters.
     """
     clusters, recipe, clock = plan.clusters, plan.recipe, Clock(plan.seconds)
     reach = find_reach(scene, plan.division, recipe.seed, recipe.force, progress=progress)
-    for _ in range(ROUNDS):
-        level = solve_clusters(scene, reach, recipe, clusters, progress, watch)
+    level = solve_clusters(scene, reach, recipe, clusters, progress, watch)
+    for left in range(ROUNDS - 1, -1, -1):
         check = Check(coarser(level, clusters // 4), COARSER)
         estimate = compare(level, check, goal)
-        clusters, recipe = 2 * clusters, replace(recipe, counted=MORE_RAYS * recipe.counted)
-        if estimate.reached <= plan.accuracy or clusters > MOST_CLUSTERS:
+        if estimate.reached <= plan.accuracy or not left or clock.room() < MORE_RAYS:
             break
-        if not fits(clusters, 0, memory) or clock.room() < MORE_RAYS:
-            break
+        if estimate.kernel > estimate.mesh:
+            recipe = replace(recipe, rays=MORE_RAYS * recipe.rays)
+            if recipe.rays > MOST_LOOKS:
+                break
+            level = replace(level, recipe=recipe)
+        else:
+            clusters, recipe = 2 * clusters, replace(recipe, counted=MORE_RAYS * recipe.counted)
+            if clusters > MOST_CLUSTERS or not fits(clusters, 0, memory):
+                break
+            level = solve_clusters(scene, reach, recipe, clusters, progress, watch)
     return level, check, estimate
 
 

@@ -135,8 +135,7 @@ def solve_clusters(
     """Solve a mesh of many patches by so many clusters; see `solve_level` for what it raises."""
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     terms, lights = make_terms(scene, patches, reach.live), area_lights(scene, MOST_LIGHTS)
-    kind = scene.faces.material[patches.face[rows]]
-    labels = make_clusters(patches, rows, kind, clusters)
+    labels = make_clusters(patches, rows, _kinds(terms, rows), clusters)
     straight = _straight(reach, rows, lights, recipe.seed, progress)
     n = labels.max(initial=-1) + 1
     half = int(np.clip(recipe.counted // max(1, n), *RAYS)) // 2
@@ -154,8 +153,7 @@ def solve_clusters(
 def coarser(level: Clustered, clusters: int) -> Clustered:
     """Return the same with fewer clusters and half of the rays that counted their factors."""
     patches, rows = level.reach.patches, level.rows
-    kind = level.scene.faces.material[patches.face[rows]]
-    labels = make_clusters(patches, rows, kind, clusters)
+    labels = make_clusters(patches, rows, _kinds(level.terms, rows), clusters)
     n = level.labels.max(initial=-1) + 1
     above = np.zeros(n, int)  # a cluster goes where its first patch goes
     above[level.labels[::-1]] = labels[::-1]
@@ -163,6 +161,11 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     parts = level.scene, level.reach, level.recipe, level.terms, level.lights
     factors = repaired(level.half.grouped(above))
     return solved(*parts, above[level.labels], factors, level.straight)
+
+
+def _kinds(terms, rows):
+    """Return (m,) int: numbers of patches' reflectances."""
+    return np.unique(terms.reflectance[rows], axis=0, return_inverse=True)[1].ravel()
 
 
 def _straight(reach, rows, lights, seed, progress):

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from radiosity.scene.model import Scene
-from radiosity.solve.adapt import AIM, STEPS, Rounds
+from radiosity.solve.adapt import AIM, MORE_RAYS, ROUNDS, STEPS, Rounds
 from radiosity.solve.clustered import coarser, solve_clusters
 from radiosity.solve.estimate import COARSER, Check, compare
 from radiosity.solve.level import STIFF, solve_level
@@ -30,6 +30,7 @@ MISSES, SPREAD, RARE = 0.9, 0.28, 0.01
 HALVING = 2.0 ** (GROWTH * PAIRS)  # times as long for half the error
 BASE = 1.95e8  # bytes of the program itself
 TRIED_RAYS = 1 / 64, 1 / 16  # shares of the rays that count factors, of scenes of many faces
+QUARTERED, QUIETER = 0.5, 0.4  # measured: errors between 4 times the clusters, by 4 times the rays
 A_PAIR = 4e-7  # seconds of a pair of patches of a mesh that is given
 
 
@@ -153,22 +154,31 @@ def _of_clusters(scene, plan):
     check, halving = _clocked(coarser, level, clusters // 4)
     estimate, comparing = _clocked(compare, level, Check(check, COARSER))
     a_ray = max(0.0, spent[1] - spent[0]) / (cast[1] - cast[0])
-    once = max(0.0, spent[0] - a_ray * cast[0]) + halving + comparing
-    rounds = _rounds_of_clusters(plan, estimate.reached)
-    seconds = meshing + once * len(rounds) + a_ray * plan.recipe.counted * np.sum(rounds**2.0)
-    most = BYTES[0] * (plan.clusters * rounds[-1]) ** 2
+    once = max(0.0, spent[0] - a_ray * cast[0])
+    clusters, looks = _rounds_of_clusters(plan, estimate)
+    seconds = meshing + np.sum(once + a_ray * plan.recipe.counted * clusters**2)
+    seconds += np.sum(halving + comparing * looks)
+    most = BYTES[0] * (plan.clusters * clusters[-1]) ** 2
     memory = BASE + FACE * len(scene.faces) + most
     found = _requirements(scene, plan, reach, None)
     return Forecast(plan, found, int(reach.live.sum()), float(seconds), float(memory))
 
 
-def _rounds_of_clusters(plan, reached):
-    """Return by how many times the clusters of each round exceed those of the first."""
-    found = [1]
-    while reached > plan.accuracy and 2 * found[-1] * plan.clusters <= MOST_CLUSTERS:
-        found.append(2 * found[-1])
-        reached /= 2.0
-    return np.array(found)
+def _rounds_of_clusters(plan, estimate) -> tuple[np.ndarray, np.ndarray]:
+    """Return clusters of each solution and looks of each round, as multiples of the first's.
+
+    ``estimate`` is of TRIED_RAYS, and so between a quarter as many clusters.
+    """
+    clusters, looks, mesh, kernel = [1.0], [1.0], QUARTERED * estimate.mesh, estimate.kernel
+    while np.hypot(mesh, kernel) > plan.accuracy and len(looks) < ROUNDS:
+        if kernel > mesh:
+            looks, kernel = [*looks, MORE_RAYS * looks[-1]], QUIETER * kernel
+        elif 2.0 * clusters[-1] * plan.clusters <= MOST_CLUSTERS:
+            clusters, mesh = [*clusters, 2.0 * clusters[-1]], mesh / 2.0
+            looks = [*looks, looks[-1]]
+        else:
+            break
+    return np.array(clusters), np.array(looks)
 
 
 def _clocked(work, *what):
