@@ -12,8 +12,10 @@ from scenes_for_tests import SQUARE, block, box, halves, l_room, scene
 from radiosity.scene.model import SceneError
 from radiosity.solve import adapt, plan
 from radiosity.solve.adapt import Clock, first_mesh
+from radiosity.solve.methods import Unbalanced
 from radiosity.solve.plan import Refused, make_plan
 from radiosity.solve.solve import solve
+from radiosity.solve.tradeoff import make_reference
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 ROOM = box((0, 0, 0), (4, 3, 2.5))
@@ -101,6 +103,37 @@ def test_triangles_take_no_more_patches_than_needed():
     assert len(cut.patches) < 3 * len(square.patches)
     power = [x.patches.area @ x.radiosity for x in (square, cut)]
     assert power[1] == pytest.approx(power[0], rel=0.02)
+
+
+def test_constant_elements_on_long_triangles_take_more_patches_until_they_are_right():
+    """A corridor: cells of a triangle are as long for their width as itself."""
+    walls = np.concatenate([box((0, 0, 0), (20, 2, 2.5)), np.array(LAMP) + [2, 0, -0.05]])
+    rho, exitance = [0.3, 0.8, 0.5, 0.5, 0.5, 0.5, 0.0], [0.0] * 6 + [10.0]
+    made = scene(halves(walls), np.repeat(rho, 2), np.repeat(exitance, 2))
+    exact, found = solve(made, 0.01), solve(made, 0.1, order=0)
+    points, normals = points_of(exact, 400)
+    e, y = (s.irradiance(points, normals)[0] @ LUMINANCE for s in (exact, found))
+    off = np.percentile(np.abs(y - e) / np.maximum(e, 0.1 * exact.estimate.scale), 95)
+    assert off <= 0.1 and found.estimate.reached <= 0.1
+    assert len(found.patches) > 1.5 * make_plan(made, 0.1, order=0).division.count
+
+
+def test_a_mesh_that_loses_light_is_refused_in_words():
+    walls = np.concatenate([box((0, 0, 0), (20, 2, 2.5)), np.array(LAMP) + [2, 0, -0.05]])
+    made = scene(walls, [0.3, 0.8, 0.5, 0.5, 0.5, 0.5, 0.0], [0.0] * 6 + [10.0])
+    with pytest.raises(Unbalanced, match=r"0\.\d+ of the light emitted .* finer --mesh, or auto"):
+        solve(made, 0.02, mesh="4", order=1)
+
+
+def test_the_reference_of_a_trade_is_finer_than_all_that_is_tried():
+    """Also where the coarsest mesh is far better than what is asked: once they were the same."""
+    made = SCENES["box"]()
+    assert make_reference(made, 0.1).estimated < solve(made, 0.1).estimate.reached / 3.0
+
+
+def test_a_scene_of_no_faces_is_refused():
+    with pytest.raises(SceneError, match="faces are missing: there is nothing to light"):
+        solve(scene(np.zeros((0, 4, 3))), 0.1)
 
 
 def test_patch_errors_are_of_the_patches_own_size():

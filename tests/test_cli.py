@@ -134,7 +134,7 @@ def test_view_without_a_display_writes_the_picture_and_says_so(tmp_path):
     assert (tmp_path / "furnace.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_verify_reports_every_case_within_its_bound():
+def test_verify_reports_every_case_of_a_suite_within_its_bound():
     """Of one suite: test_readme.py runs all of them."""
     process = radiosity("verify", "--suite", "elements")
     assert process.returncode == 0, process.stdout
@@ -204,7 +204,7 @@ def test_threads_change_nothing():
         (["solve", CORNELL, "--accuracy", "two"], ["'two'"]),
         (["solve", CORNELL, "--mesh", "0"], ["mesh = '0'", "1 to 1024"]),
         (["solve", CORNELL, "--order", "2"], ["order = 2", "0 (constant) or 1 (linear"]),
-        (["solve", CORNELL, "--time", "soon"], ["--time 'soon'", "10s or 2min"]),
+        (["solve", CORNELL, "--time", "soon"], ["--time 'soon'", "10s, 2min or 1h"]),
         (["solve", CORNELL, "--time", "1s", "--mesh", "4"], ["mesh = '4'", "use auto"]),
         (["solve", CORNELL, "--solver", "cg", "--order", "1"], ["'cg'", "use order 0, or gmres"]),
         (["plan", CORNELL, "--accuracy", "0"], ["accuracy = 0", "[0.0001, 1)"]),

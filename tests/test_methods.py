@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scenes_for_tests import box, scene
 from scipy.sparse.linalg import aslinearoperator
 
 from radiosity.solve import methods
@@ -19,6 +20,7 @@ from radiosity.solve.methods import (
     jacobi,
     southwell,
 )
+from radiosity.solve.solve import solve
 from radiosity.transport.operator import FormFactors, Openness
 
 
@@ -186,6 +188,24 @@ def test_near_reflectance_1_open_rooms_lose_by_their_openness():
     system = System(factors, np.ones((n, 1)), np.zeros((n, 1)), np.ones((n, 1)))
     b, _ = direct(system, 1e-6)
     assert b[:, 0] == pytest.approx(np.full(n, 1 / share), rel=1e-7)  # the share's own digits
+
+
+def test_the_direct_solver_bounds_its_error_where_single_rows_absorb_nothing():
+    """No row but one loses light: 1 / min(1 - rho row sum) would be infinite."""
+    found = solve(scene(box((0, 0, 0), (4, 3, 2.5)), [1, 1, 1, 1, 1, 0.5], [0, 1, 0, 0, 0, 0]), 0.1)
+    assert found.solver == "direct" and 0.0 < found.history[-1] < 1e-10
+
+
+def test_bounds_with_a_gain_of_their_own_hold():
+    system = random_system(np.random.default_rng(2), n=30)
+    matrix = np.eye(30) - system.reflectance[:, :1] * system.factors.toarray()
+    exact = np.linalg.solve(matrix, system.source[:, :1])
+    one = System(system.factors, *(x[:, :1] for x in (
+        system.reflectance, system.absorptance, system.source)))  # fmt: skip
+    off = exact + 0.01 * np.random.default_rng(3).normal(size=exact.shape)
+    gain = np.abs(np.linalg.inv(matrix)).sum(axis=1).max()
+    error = np.abs(off - exact).max() / np.abs(off).max()
+    assert error <= one.bound(off, gain=np.array([gain])) <= one.bound(off) * (1 + 1e-9)
 
 
 @pytest.mark.parametrize(

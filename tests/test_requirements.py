@@ -165,4 +165,6 @@ def test_predicted_patches_are_about_those_that_are_solved():
 
 def test_a_scene_without_light_has_a_forecast():
     dark = scene(ROOM, 0.5)
-    assert foresee(dark, make_plan(dark, 0.05)).patches >= 1
+    found = foresee(dark, make_plan(dark, 0.05))
+    assert found.patches == 0
+    assert "no light that could leave" in [r.reason for r in found.requirements][3]

@@ -69,7 +69,9 @@ Force = Annotated[
 Time = Annotated[
     str | None,
     typer.Option(
-        "--time", metavar="10s", help="Stop by then: the best answer, with its error, in s or min."
+        "--time",
+        metavar="10s",
+        help="Stop by then: the best answer, with its error, in s, min or h.",
     ),
 ]
 Seed = Annotated[
@@ -86,7 +88,11 @@ Ambient = Annotated[
 ]
 Memory = Annotated[
     str | None,
-    typer.Option("--memory", metavar="4GB", help="Most memory to use; half of what is free."),
+    typer.Option(
+        "--memory",
+        metavar="4GB",
+        help="Most memory to use beside the program's own 0.2 GB; half of what is free.",
+    ),
 ]
 Threads = Annotated[
     int | None,
@@ -140,13 +146,14 @@ def percent(share: float) -> str:
 
 
 def parse_time(text: str | None) -> float | None:
-    """Return seconds of ``10s``, ``2min`` or ``10``; None stays None."""
+    """Return seconds of ``10s``, ``2min``, ``1h`` or ``10``; None stays None."""
     if text is None:
         return None
-    match = re.fullmatch(r"([0-9]*\.?[0-9]+)\s*(s|min)?", text.strip().lower())
-    seconds = float(match[1]) * (60.0 if match[2] == "min" else 1.0) if match else 0.0
+    match = re.fullmatch(r"([0-9]*\.?[0-9]+)\s*(s|min|h)?", text.strip().lower())
+    unit = {"min": 60.0, "h": 3600.0}
+    seconds = float(match[1]) * unit.get(match[2], 1.0) if match else 0.0
     if not 0.0 < seconds < float("inf"):
-        raise ValueError(f"--time {text!r} must be a time such as 10s or 2min")
+        raise ValueError(f"--time {text!r} must be a time such as 10s, 2min or 1h")
     return seconds
 
 

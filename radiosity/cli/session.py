@@ -27,6 +27,9 @@ def load_scene(path: str, mesh: str, ambient: float, quiet: bool):
     return replace(scene, ambient=np.full(3, float(ambient))) if ambient else scene
 
 
+LATE = 1.5  # times the time asked that is worth a remark
+
+
 @dataclass(frozen=True)
 class Asked:
     """The options that every verb which solves takes, as typed."""
@@ -58,6 +61,11 @@ def solve_scene(scene, asked: Asked, progress, factors=None, goal=None):
         goal=goal,
     )  # fmt: skip
     seconds = time.perf_counter() - begun
+    plan = solution.plan
+    if plan.seconds is not None and seconds > LATE * plan.seconds:
+        remark("note: the coarsest mesh that is made took longer than the time asked", asked.quiet)
+    if asked.solver == "cg" and asked.order is None:
+        remark("note: cg takes constant elements, as --order 0 does", asked.quiet)
     if solution.solver != asked.solver:
         remark(
             f"note: solved by {solution.solver}: reflectances near 1 make bounces fade slowly",
@@ -98,8 +106,8 @@ def judge(solution) -> None:
     reached, plan = solution.estimate.reached, solution.plan
     if plan.adapts and plan.seconds is None and reached > plan.accuracy:
         remark(
-            f"radiosity: reached an estimated error of {percent(reached)}, more than the "
-            f"{percent(plan.accuracy)} asked, on the finest mesh that is made and fits: ask for "
-            "less or, where memory is short, allow more with --memory"
+            f"radiosity: reached an estimated error of {100 * reached:.4g} %, more than the "
+            f"{percent(plan.accuracy)} asked, on the finest mesh that is made and fits: use a "
+            "larger --accuracy or, where memory is short, allow more with --memory"
         )
         raise typer.Exit(1)

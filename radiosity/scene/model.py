@@ -132,9 +132,10 @@ class Scene:
         Raises
         ------
         SceneError
-            Numbers that are not finite, negative light, reflectances outside [0, 1].
+            Numbers that are not finite, negative light, reflectances outside [0, 1], no faces.
         """
-        problems = [
+        problems = [] if len(self.faces) else ["faces are missing: there is nothing to light"]
+        problems += [
             f"faces.vertices[{k}] = {self.faces.vertices[k].tolist()} must be finite"
             for k in np.flatnonzero(~np.isfinite(self.faces.vertices).all(axis=(1, 2)))[:3]
         ]

@@ -179,6 +179,29 @@ def refined_clusters(
     return level, check, estimate
 
 
+def refined_constant(
+    scene: Scene, plan: Plan, memory: float | None, watch: Callable[[Level], None] | None = None,
+    progress: Progress = silent, goal: Goal | None = None,
+) -> tuple[Level, Check, Estimate]:  # fmt: skip
+    """Solve with constant elements on finer and finer meshes, everywhere alike; see `refined`."""
+    recipe, division, reach = plan.recipe, plan.division, None
+    area = scene.faces.areas().sum()
+    for left in range(ROUNDS - 1, -1, -1):
+        reach = find_reach(scene, division, recipe.seed, recipe.force, reach, progress)
+        level = solve_level(scene, reach, recipe, watch=watch, memory=memory, progress=progress)
+        check = check_of(level, plan, memory)
+        estimate = compare(level, check, goal)
+        if estimate.reached <= plan.accuracy or not left:
+            break
+        wanted = division.count * estimate.reached / (AIM * plan.accuracy)  # of order 2 in the size
+        size = np.sqrt(area / wanted)
+        size *= np.sqrt(divisions(scene.faces, size).count / wanted)  # triangles have more cells
+        division = divisions(scene.faces, size)
+        if not fits(CUT * division.count, 0, memory):
+            break
+    return level, check, estimate
+
+
 def check_of(level: Level, plan: Plan, memory: float | None = None) -> Check:
     """Return what tells the error of a level on a mesh that was given.
 

@@ -190,7 +190,8 @@ def _chosen(area):
 
 def evenly(area: np.ndarray, count: int) -> np.ndarray:
     """Return (count,) indices of areas, each as often as its share of the whole asks."""
-    share = np.cumsum(area) / area.sum()
+    share = np.cumsum(area if area.any() else np.ones_like(area))
+    share /= share[-1]
     return np.searchsorted(share, (np.arange(count) + 0.5) / count)
 
 

@@ -43,6 +43,17 @@ class NotConverged(RuntimeError):
         )
 
 
+class Unbalanced(NotConverged):
+    """A solution that makes or loses light; ``history`` holds its solver's error bounds."""
+
+    def __init__(self, defect: float, history: list[float], order: int):
+        self.history = history
+        way_out = "use a finer --mesh, or auto" if order else "make the form factors anew"
+        RuntimeError.__init__(
+            self, f"{defect:.3g} of the light emitted is neither absorbed nor leaves: {way_out}"
+        )
+
+
 @dataclass(frozen=True)
 class System:
     """B = M_e + rho F B for m coefficients, in bands.
@@ -73,15 +84,20 @@ class System:
         """Return M_e + rho F B - B."""
         return self.source + self.reflectance * (self.factors @ b) - b
 
-    def bound(self, b: np.ndarray, residual: np.ndarray | None = None) -> float:
-        """Return the bound of the largest error in B of any band, relative to its largest B."""
+    def bound(
+        self, b: np.ndarray, residual: np.ndarray | None = None, gain: np.ndarray | None = None
+    ) -> float:
+        """Return the bound of the largest error in B of any band, relative to its largest B.
+
+        ``gain`` (bands,) is by how much errors may exceed residuals, at most 1 / `margin`.
+        """
         residual = self.residual(b) if residual is None else residual
         worst, largest = (np.abs(x).max(axis=0, initial=0.0) for x in (residual, b))
         if not np.any(worst):
             return 0.0
-        margin = self.margin
-        share = worst / np.where(largest > 0.0, largest, 1.0)
-        return float(share.max() / margin) if margin > 0.0 else float("inf")
+        if gain is None:
+            gain = 1.0 / self.margin if self.margin > 0.0 else np.inf
+        return float(np.max(gain * worst / np.where(largest > 0.0, largest, 1.0)))
 
 
 def jacobi(system: System, tolerance: float, watch: Watch | None = None):
@@ -262,16 +278,20 @@ def direct(system: System, tolerance: float, watch: Watch | None = None):
 
     By LAPACK; where reflectances are near 1 by that of Grassmann, Taksar and Heyman (1985), in
     which nothing is subtracted, so that every B is right to rounding however small 1 - rho is.
+    What a residual of 1 everywhere would change bounds the gain of errors, as the inverse of
+    I - rho F has no negative term.
     """
-    b = np.empty_like(system.source)
+    b, gain = np.empty_like(system.source), np.empty(system.source.shape[1])
     both = np.concatenate([system.reflectance, system.absorptance])
     distinct, which = np.unique(both, axis=1, return_inverse=True)
     careful = isinstance(system.factors, FormFactors) and system.margin < NEAR
     eliminate = _without_subtraction if careful else _by_lapack
     for k in range(distinct.shape[1]):
         bands = np.flatnonzero(which.ravel() == k)
-        b[:, bands] = eliminate(system, *np.split(distinct[:, k], 2), system.source[:, bands])
-    history = [tolerance if careful else system.bound(b)]
+        source = np.column_stack([system.source[:, bands], np.ones(len(b))])
+        found = eliminate(system, *np.split(distinct[:, k], 2), source)
+        b[:, bands], gain[bands] = found[:, :-1], np.abs(found[:, -1]).max(initial=0.0)
+    history = [tolerance if careful else system.bound(b, gain=gain)]
     if not np.all(np.isfinite(b)):
         raise NotConverged("the direct solver, on a matrix that is singular,", history, tolerance)
     return b, history

@@ -160,7 +160,7 @@ def make_plan(
             "factors"
         )
     recipe = Recipe(order, accuracy, rule, SOLVED * accuracy, solver, seed, force=force)
-    return Plan(accuracy, division, mesh == "auto" and order == 1, recipe, seconds=seconds)
+    return Plan(accuracy, division, mesh == "auto", recipe, seconds=seconds)
 
 
 def _is_large(faces, division) -> bool:
@@ -203,7 +203,8 @@ def _division(faces, mesh, wanted):
 
 def check_memory(patches: int, limit: float | None, order: int = 0) -> int:
     """Raise `Refused` where a dense solution would not fit; return the bytes that it takes."""
-    way_out = "use a larger --accuracy, a coarser --mesh, or allow more with --memory"
+    linear = "" if order else "linear elements (--order 1), "
+    way_out = f"use a larger --accuracy, a coarser --mesh, {linear}or allow more with --memory"
     return check_fits(f"{patches} patches", BYTES[order] * patches**2, limit, way_out)
 
 

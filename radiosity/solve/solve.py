@@ -1,14 +1,15 @@
 """From a scene to its solution: the mesh that the accuracy asks for, solved, with its error."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from radiosity.scene.model import Scene
-from radiosity.solve.adapt import check_of, refined, refined_clusters
+from radiosity.solve.adapt import check_of, refined, refined_clusters, refined_constant
 from radiosity.solve.estimate import Goal, compare, unknown
 from radiosity.solve.level import solve_level
-from radiosity.solve.methods import NotConverged
+from radiosity.solve.methods import Unbalanced
 from radiosity.solve.plan import check_memory, left_beside, make_plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.solution import Solution, checked_points
@@ -101,12 +102,15 @@ def solve(
     plan = make_plan(
         scene, accuracy, mesh, order=order, solver=solver, seed=seed, force=force, seconds=seconds
     )
+    if factors is not None:
+        plan = replace(plan, adapts=False)
     memory = left_beside(len(scene.faces), memory)
     check_memory(plan.clusters or plan.division.count, memory, plan.recipe.order)
     aim = None if goal is None else Goal.of(*checked_points(*goal), seed)
     seen = watch and (lambda level: watch(Solution(scene, plan, level, lambda: unknown(level))))
     if plan.adapts:
-        until = refined_clusters if plan.clusters else refined
+        until = refined if plan.recipe.order else refined_constant
+        until = refined_clusters if plan.clusters else until
         found = until(scene, plan, memory, seen, progress, aim)
         return _judged(Solution(scene, plan, found[0], lambda: found[1:]))
     reach = find_reach(scene, plan.division, seed, force, progress=progress)
@@ -122,10 +126,9 @@ def solve(
 
 
 def _judged(solution: Solution) -> Solution:
-    """Return the solution; refuse one of form factors that create light."""
+    """Return the solution; refuse one that makes or loses light."""
     history, accuracy = solution.history, solution.plan.accuracy
     defect = solution.balance.defect
     if not defect <= UNBALANCED or not (history[-1] <= accuracy or defect <= accuracy):
-        name = f"{solution.solver}, on form factors that create light,"
-        raise NotConverged(name, history, accuracy)
+        raise Unbalanced(defect, history, solution.plan.recipe.order)
     return solution

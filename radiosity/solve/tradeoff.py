@@ -20,7 +20,7 @@ ASKED = (0.1, 0.05, 0.03, 0.02, 0.01, 0.005, 0.003, 0.002, 0.001)
 FINER = 4.0  # how many times as accurate as the best answer the reference is asked to be
 FINEST = 5e-4  # and the best that is asked of it
 POINTS = 1000
-COMPARED = 0.02  # accuracy at which solvers and options are compared
+COMPARED = 0.02  # accuracy at which solvers and options are compared, where it is asked for
 LEAST_CONSTANT = 0.02  # accuracy beyond which constant elements take too long to wait for
 
 
@@ -71,8 +71,9 @@ class Reference:
 
 
 def make_reference(scene: Scene, accuracy: float) -> Reference:
-    """Return the reference for answers of an accuracy and worse."""
-    solution = solve(scene, max(accuracy / FINER, FINEST))
+    """Return the reference for answers of an accuracy and worse, finer than what these reach."""
+    best = min(accuracy, solve(scene, accuracy).estimate.reached)
+    solution = solve(scene, max(best / FINER, FINEST))
     points, normals = _points_on(solution)
     irradiance, _ = solution.irradiance(points, normals)
     scale, reached = solution.estimate.scale, solution.estimate.reached
@@ -104,7 +105,7 @@ def trials(scene: Scene, finest: float, reference: Reference) -> Iterator[Trial]
 
 def _ways(scene, finest) -> Iterator[tuple[str, float, Callable[[], Solution]]]:
     """Yield a name, the accuracy asked and how to solve."""
-    asked = [a for a in ASKED if a >= finest]
+    asked, at = [a for a in ASKED if a >= finest], max(COMPARED, finest)
     for a in asked:
         yield "linear", a, lambda a=a: solve(scene, a, order=1)
     for a in asked:
@@ -116,8 +117,8 @@ def _ways(scene, finest) -> Iterator[tuple[str, float, Callable[[], Solution]]]:
     for name in SOLVERS:
         order = 0 if name == "cg" else 1
         way = f"{name}, order {order}"
-        yield way, COMPARED, lambda n=name, o=order: solve(scene, COMPARED, solver=n, order=o)
-    yield "everything forced", COMPARED, lambda: solve(scene, COMPARED, force=True)
+        yield way, at, lambda n=name, o=order: solve(scene, at, solver=n, order=o)
+    yield "everything forced", at, lambda: solve(scene, at, force=True)
 
 
 def _by_clusters(scene, accuracy) -> Solution:
