@@ -1,6 +1,7 @@
 """The examples in docstrings run, and every public name has one."""
 
 import doctest
+import re
 import shutil
 from importlib import import_module
 from pathlib import Path
@@ -30,3 +31,14 @@ def test_public_names_have_an_example(name):
     described = getattr(radiosity, name)
     text = described.__call__.__doc__ if name == "solve" else described.__doc__
     assert ">>>" in text and "+SKIP" not in text
+
+
+def test_the_scene_of_the_manual_loads(tmp_path):
+    text = (ROOT.parent / "docs" / "scene.md").read_text()
+    (tmp_path / "room.toml").write_text(re.search(r"```toml\n(.*?)```", text, re.S)[1])
+    square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
+    (tmp_path / "furniture.obj").write_text(square)
+    scene = radiosity.load(tmp_path / "room.toml")
+    assert [m.name for m in scene.materials] == ["wood", "polished", "lamp"]
+    assert scene.faces.areas().tolist() == pytest.approx([100.0**2, 20.0**2])  # cm2
+    assert scene.materials[2].emits and scene.cameras["front"].fov == 40

@@ -5,6 +5,8 @@ import pytest
 from scenes_for_tests import SQUARE, faces_of, meshed, rotation
 
 from radiosity.mesh.elements import make_elements, make_nodes
+from radiosity.transport.arrival import all_weights, make_senders
+from radiosity.transport.factors import patch_geometry
 
 SHAPES = {
     "square": SQUARE,
@@ -76,3 +78,20 @@ def test_constant_elements_have_one_coefficient():
     assert elements.width == 1
     assert np.array_equal(elements.at(np.zeros((4, 3)), np.arange(4), values), values)
     assert not elements.gradients(values).any()
+
+
+def test_middles_of_what_points_see():
+    """Factors and first moments of small far squares: their middles are their centroids."""
+    square = np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]])[::-1]
+    visibility, _, patches = meshed(faces_of(np.array([square + [0, 0, 2], square + [3, 1, 2]])), 1)
+    elements = make_elements(patches, np.arange(2), 1)
+    geometry = patch_geometry(patches, visibility, np.arange(2))
+    senders = make_senders(elements, geometry, visibility, 0.0)
+    point = np.zeros((1, 3))
+    weights = all_weights(senders, point, np.array([[0.0, 0.0, 1.0]]))
+    found = elements.middles(weights[[0, 0]], np.array([0, 1]))
+    assert found == pytest.approx(elements.centroid, abs=2e-3)
+    steep = elements.middles(np.array([[0.5, 0, 0.02, 0, 0.01, 0]]), np.array([0]))[0]
+    radii = 1.0 / np.linalg.norm(elements.axes[0], axis=1)
+    along = (steep - elements.centroid[0]) @ elements.axes[0].T * radii
+    assert along == pytest.approx([0.04 * radii[0], 0.02 * radii[1]])

@@ -59,6 +59,17 @@ class Elements:
         axes = self.axes / np.sum(self.axes**2, axis=2, keepdims=True)
         return np.einsum("nmc,nac->anm", gradients, axes)
 
+    def middles(self, weights: np.ndarray, owner: np.ndarray) -> np.ndarray:
+        """Return (k, 3): where on patches (k,) what points see of them is centred.
+
+        ``weights`` (k, width n) of the points, of elements of order 1: factors and first moments.
+        """
+        k, n = np.arange(len(owner)), len(self)
+        axes = self.axes[owner] / np.sum(self.axes[owner] ** 2, axis=2, keepdims=True)
+        moment = np.stack([weights[k, a * n + owner] for a in (1, 2)], axis=1)
+        along = moment / weights[k, owner][:, None]
+        return self.centroid[owner] + np.einsum("ka,kac->kc", along, axes)
+
     def at(self, points: np.ndarray, owner: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
         """Return (k, m): a field's values at points (k, 3) of the patches ``owner`` (k,)."""
         values = coefficients[owner]

@@ -31,7 +31,7 @@ from radiosity.solve.plan import (
     most_that_fit,
 )
 from radiosity.solve.reach import find_reach
-from radiosity.solve.refinement import blame, refine
+from radiosity.solve.refinement import blame, graded, refine
 from radiosity.transport.arrival import make_senders
 from radiosity.transport.threads import Progress, silent
 
@@ -83,6 +83,8 @@ class Rounds:
         """Choose the first mesh; see `refined`."""
         self.level = self.check = self.estimate = None
         self.coarse, self.left = first_mesh(scene, plan, memory), ROUNDS
+        if goal is not None:
+            self.coarse = graded(scene, self.coarse, plan.recipe, goal)
         self._scene, self._plan, self._memory, self._goal = scene, plan, memory, goal
         self._watch, self._progress, self._clock = watch, progress, Clock(plan.seconds)
         self._most = min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / 4

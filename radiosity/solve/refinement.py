@@ -4,14 +4,23 @@ The coarse solution b, put on the fine mesh, lacks the residual r = M_e + rho F 
 fine solution less b is (1 - rho F)^-1 r. So what a point x with the weights w (E = w . b) finds
 differs by p . r with the importance p = w (1 - rho F)^-1, the adjoint solution: each cell's share
 of that sum is what the point's error owes to it (E17).
+
+Both are blind for what their cells are too large to hold. Where little was asked for, cells close
+to a point are therefore made small beforehand: what it sees of each is a small share.
 """
 
 import numpy as np
 
 from radiosity.light.photometry import luminance
 from radiosity.mesh.division import Division
+from radiosity.mesh.elements import make_elements
+from radiosity.scene.model import Scene
+from radiosity.solve.estimate import Goal
 from radiosity.solve.level import Level
-from radiosity.transport.arrival import all_weights
+from radiosity.solve.plan import Recipe
+from radiosity.solve.reach import find_reach
+from radiosity.transport.arrival import all_weights, make_senders
+from radiosity.transport.factors import patch_geometry
 from radiosity.transport.lookup import fronts_at
 
 SIGNS = 16  # random sums of points, whose mean square is that of the points
@@ -22,6 +31,49 @@ FALL = 0.68  # measured: the error falls as the sum of the shares to this power
 LARGEST = 4.0  # factor that a cell is divided by at once
 GAIN = 0.6  # measured: cells become more by at least this power of the fall of the error
 LEAST, WORTH = 1.3, 1.2  # factors that all cells become more by: where there is room, where not
+
+# Share of what a point sees that one cell may take; goals of how few points are so cared for (of
+# more, 5 % may be worse); by how much cells may become more, in so many passes; and how exact
+# factors need to be for that.
+CLOSE, COUNTED, GRADED, PASSES, ROUGH = 0.1, 20, 4.0, 8, 1e-3
+
+
+def graded(scene: Scene, division: Division, recipe: Recipe, goal: Goal) -> Division:
+    """Divide the cells close to the points of a goal until none takes much of what one sees."""
+    most, reach = GRADED * division.count, None
+    for _ in range(PASSES if len(goal.points) < COUNTED else 0):
+        reach = find_reach(scene, division, recipe.seed, recipe.force, reach)
+        split = np.where(_close_to(goal, reach, division.count, recipe.seed), 2, 1)
+        if np.all(split == 1) or np.sum(split**2) > most:
+            break
+        division = division.divided(split)
+    return division
+
+
+def _close_to(goal, reach, count, seed):
+    """Return (count,) bool: cells that take more than CLOSE of what points see, from nearby.
+
+    Points of the goal, and those that they see of these cells: light goes to and fro in a corner.
+    """
+    patches, rows = reach.patches, np.flatnonzero(reach.live)
+    elements, visibility = make_elements(patches, rows, 1), reach.visibility
+    senders = make_senders(elements, patch_geometry(patches, visibility, rows), visibility, ROUGH)
+    found, cell = np.zeros(count, bool), _cells(patches)[patches.front_of[rows]]
+    points, normals = goal.points, goal.normals
+    for _ in range(2):
+        weights = all_weights(senders, points, normals, seed)
+        point, near = np.nonzero(weights[:, : len(rows)] > CLOSE)
+        middle = elements.middles(weights[point], near)
+        nearby = np.linalg.norm(middle - points[point], axis=1) < patches.radius[rows[near]]
+        found[cell[near[nearby]]] = True
+        points, normals = middle[nearby], elements.normal[near[nearby]]
+    return found
+
+
+def _cells(patches):
+    """Return (fronts,) the cell of each front."""
+    start = patches.grid.start
+    return np.repeat(np.arange(len(start) - 1), np.diff(start))
 
 
 def blame(
@@ -47,9 +99,8 @@ def blame(
     signs = np.sqrt(k) * np.eye(k) if k <= SIGNS else random.choice([-1.0, 1.0], (SIGNS, k))
     share = _importance(level, (signs * worth[some]) @ weights) * _residual(level, coarse)
     share = luminance(share).reshape(len(signs), 3, len(rows)).sum(axis=1)
-    split = grid.division.splits[-1]
-    cell = np.repeat(np.arange(len(grid.start) - 1), np.diff(grid.start))
-    parent = np.repeat(np.arange(len(split)), split**2)[cell[level.reach.patches.front_of[rows]]]
+    split, patches = grid.division.splits[-1], level.reach.patches
+    parent = np.repeat(np.arange(len(split)), split**2)[_cells(patches)[patches.front_of[rows]]]
     total = np.array([np.bincount(parent, one, minlength=len(split)) for one in share])
     return np.sqrt(np.mean(total**2, axis=0))
 
