@@ -311,9 +311,11 @@ def test_goals_of_many_points_are_not_graded():
     coarse = first_mesh(model, planned, None)
     points = np.column_stack([np.full(20, 0.403), np.linspace(0.55, 0.7, 20), np.zeros(20)])
     normals = np.tile([0.0, 0.0, 1.0], (20, 1))
-    assert graded(model, coarse, planned.recipe, Goal(points, normals)) is coarse
-    some = graded(model, coarse, planned.recipe, Goal(points[:19], normals[:19]))
+    assert graded(model, coarse, planned.recipe, Goal(points, normals), 1e9)[0] is coarse
+    few = Goal(points[:19], normals[:19])
+    some = graded(model, coarse, planned.recipe, few, 1e9)[0]
     assert coarse.count < some.count <= 4 * coarse.count
+    assert graded(model, coarse, planned.recipe, few, some.count - 1)[0].count < some.count
 
 
 def test_a_goal_in_the_dark_is_dark():

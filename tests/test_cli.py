@@ -16,6 +16,7 @@ import pytest
 from radiosity.analytic import load_cases
 from radiosity.cli.tradeoff import row
 from radiosity.solve.tradeoff import Trial
+from radiosity.solve.verification import SUITES
 from radiosity.view.plot import plot_tradeoff
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
@@ -141,6 +142,8 @@ def test_verify_reports_every_case_of_a_suite_within_its_bound():
     assert "all within their bounds" in process.stdout
     for case in load_cases("vf_element_polygon"):
         assert case["id"] in process.stdout
+    helped = radiosity("verify", "--help").stdout
+    assert all(name in helped for name in SUITES)
 
 
 def test_plan_says_what_is_required_in_words_and_as_json():

@@ -10,7 +10,9 @@ from radiosity.mesh.faces import Faces
 
 # Cells along the side of a triangle, to those of a square as large. Measured on five rooms of
 # triangles at five accuracies: 1 takes as long, and some errors are over twice what is estimated;
-# 1.4 takes 1.3 times as long.
+# 1.4 takes 1.3 times as long. Beyond the longest edge SLENDER, in sides of a square as large, cells
+# are as large as those of a triangle that has it: in a corridor of triangles 2.2 takes twice as
+# long, and with no bound constant elements miss 10 % by a factor of 2.7.
 TRIANGLE, SLENDER = 1.2, 3.0
 
 
@@ -91,9 +93,8 @@ def divisions(faces: Faces, size: float, rounding: Callable = np.ceil) -> Divisi
     edge = np.linalg.norm(np.roll(v, -1, axis=1) - v, axis=2)
     triangle = faces.is_triangle
     along = np.maximum(edge[:, [0, 1]], edge[:, [2, 3]])
-    even = np.sqrt(faces.areas())
-    even = np.maximum(even, edge.max(axis=1) / SLENDER)
-    along[triangle, 0] = TRIANGLE * even[triangle]
+    side = np.maximum(np.sqrt(faces.areas()), edge.max(axis=1) / SLENDER)
+    along[triangle, 0] = TRIANGLE * side[triangle]
     count = np.maximum(1, rounding(along / size - 1e-9)).astype(int)
     count[triangle, 1] = 0
     return Division(count)

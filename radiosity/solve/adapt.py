@@ -83,12 +83,13 @@ class Rounds:
         """Choose the first mesh; see `refined`."""
         self.level = self.check = self.estimate = None
         self.coarse, self.left = first_mesh(scene, plan, memory), ROUNDS
-        if goal is not None:
-            self.coarse = graded(scene, self.coarse, plan.recipe, goal)
         self._scene, self._plan, self._memory, self._goal = scene, plan, memory, goal
         self._watch, self._progress, self._clock = watch, progress, Clock(plan.seconds)
         self._most = min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / 4
-        self._reach = self._mesh(self.coarse.divided(2), None)
+        like = None
+        if goal is not None:
+            self.coarse, like = graded(scene, self.coarse, plan.recipe, goal, self._most)
+        self._reach = self._mesh(self.coarse.divided(2), like)
 
     def advance(self) -> bool:
         """Solve a round; return whether another one is needed and fits."""

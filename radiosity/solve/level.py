@@ -155,8 +155,7 @@ class Level:
 def solve_level(
     scene: Scene, reach: Reach, recipe: Recipe, *, factors: FormFactors | None = None,
     constant: bool = False, watch: Callable[[Level], None] | None = None,
-    memory: float | None = None,
-    progress: Progress = silent,
+    memory: float | None = None, progress: Progress = silent,
 ) -> Level:  # fmt: skip
     """Solve a meshed scene.
 

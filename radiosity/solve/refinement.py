@@ -18,7 +18,7 @@ from radiosity.scene.model import Scene
 from radiosity.solve.estimate import Goal
 from radiosity.solve.level import Level
 from radiosity.solve.plan import Recipe
-from radiosity.solve.reach import find_reach
+from radiosity.solve.reach import Reach, find_reach
 from radiosity.transport.arrival import all_weights, make_senders
 from radiosity.transport.factors import patch_geometry
 from radiosity.transport.lookup import fronts_at
@@ -38,16 +38,21 @@ LEAST, WORTH = 1.3, 1.2  # factors that all cells become more by: where there is
 CLOSE, COUNTED, GRADED, PASSES, ROUGH = 0.1, 20, 4.0, 8, 1e-3
 
 
-def graded(scene: Scene, division: Division, recipe: Recipe, goal: Goal) -> Division:
-    """Divide the cells close to the points of a goal until none takes much of what one sees."""
-    most, reach = GRADED * division.count, None
+def graded(
+    scene: Scene, division: Division, recipe: Recipe, goal: Goal, most: float
+) -> tuple[Division, Reach | None]:
+    """Divide cells close to the points of a goal until none takes much of what one sees.
+
+    Ends where these are more than ``most`` cells. Returns what reach was found on the way, too.
+    """
+    most, reach = min(most, GRADED * division.count), None
     for _ in range(PASSES if len(goal.points) < COUNTED else 0):
         reach = find_reach(scene, division, recipe.seed, recipe.force, reach)
         split = np.where(_close_to(goal, reach, division.count, recipe.seed), 2, 1)
         if np.all(split == 1) or np.sum(split**2) > most:
             break
         division = division.divided(split)
-    return division
+    return division, reach
 
 
 def _close_to(goal, reach, count, seed):
