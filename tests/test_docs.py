@@ -10,16 +10,17 @@ import pytest
 
 import radiosity
 
-ROOT = Path(radiosity.__file__).resolve().parent
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = Path(radiosity.__file__).resolve().parent  # where it is installed
 MODULES = [
-    ".".join(("radiosity", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__")
-    for path in sorted(ROOT.rglob("*.py")) if ">>>" in path.read_text()
+    ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
+    for path in sorted(PACKAGE.rglob("*.py")) if ">>>" in path.read_text()
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", MODULES)
 def test_examples(name, tmp_path, monkeypatch):
-    shutil.copytree(ROOT.parent / "scenes", tmp_path / "scenes")
+    shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
     monkeypatch.chdir(tmp_path)
     module = import_module(name)
     found = doctest.testmod(module, optionflags=doctest.ELLIPSIS)
@@ -34,7 +35,7 @@ def test_public_names_have_an_example(name):
 
 
 def test_the_scene_of_the_manual_loads(tmp_path):
-    text = (ROOT.parent / "docs" / "scene.md").read_text()
+    text = (ROOT / "docs" / "scene.md").read_text()
     (tmp_path / "room.toml").write_text(re.search(r"```toml\n(.*?)```", text, re.S)[1])
     square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
     (tmp_path / "furniture.obj").write_text(square)
