@@ -8,7 +8,8 @@ from test_clustered import room_with_balls
 import radiosity
 from radiosity.scene.model import Camera
 
-ROOM = scene(box((0, 0, 0), (4, 3, 2.5)), [0.2, 0.7, 0.5, 0.3, 0.8, 0.9], [0, 1.0, 0, 0, 0, 0.3])
+RHO = np.array([0.2, 0.7, 0.5, 0.3, 0.8, 0.9])[:, None] * [1.0, 0.9, 0.8]  # bands solved apart
+ROOM = scene(box((0, 0, 0), (4, 3, 2.5)), RHO, [0, 1.0, 0, 0, 0, 0.3])
 EYE = Camera("eye", *np.array([[0.5, 0.4, 1.2], [4, 3, 1], [0, 0, 1]]), 70.0, (16, 12))
 
 
