@@ -103,5 +103,6 @@ def test_a_goal_pays_for_its_points_only(x):
     exact = radiosity.solve(room, 0.0005, goal=(points, normals)).irradiance(points, normals)[0]
     off = np.abs(there.irradiance(points, normals)[0] / exact - 1.0)
     assert off.max() < 0.003
-    # the time goes with the patches to the power 1.6; some are for what is close to the point
-    assert len(there.level.rows) ** 1.6 < 0.5 * len(everywhere.level.rows) ** 1.6
+    # some are for what is close to the point: at 1.7 in a corner with the floor 0.61, else 0.50
+    most = {0.2: 0.6, 1.7: 0.62}[x]
+    assert len(there.level.rows) < most * len(everywhere.level.rows)

@@ -64,8 +64,8 @@ class Elements:
 
         ``weights`` (k, width n) of the points, of elements of order 1: factors and first moments.
         """
-        k, n = np.arange(len(owner)), len(self)
-        axes = self.axes[owner] / np.sum(self.axes[owner] ** 2, axis=2, keepdims=True)
+        k, n, axes = np.arange(len(owner)), len(self), self.axes[owner]
+        axes = axes / np.sum(axes**2, axis=2, keepdims=True)
         moment = np.stack([weights[k, a * n + owner] for a in (1, 2)], axis=1)
         along = moment / weights[k, owner][:, None]
         return self.centroid[owner] + np.einsum("ka,kac->kc", along, axes)

@@ -109,8 +109,8 @@ def solve(
     aim = None if goal is None else Goal.of(*checked_points(*goal), seed)
     seen = watch and (lambda level: watch(Solution(scene, plan, level, lambda: unknown(level))))
     if plan.adapts:
-        until = refined if plan.recipe.order else refined_constant
-        until = refined_clusters if plan.clusters else until
+        of_patches = refined if plan.recipe.order else refined_constant
+        until = refined_clusters if plan.clusters else of_patches
         found = until(scene, plan, memory, seen, progress, aim)
         return _judged(Solution(scene, plan, found[0], lambda: found[1:]))
     reach = find_reach(scene, plan.division, seed, force, progress=progress)
