@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from radiosity.light.sources import Light
 from radiosity.mesh.faces import Faces
 
 
@@ -104,6 +105,9 @@ class Truth:
 class Scene:
     """A scene as read; lengths are in ``unit``, whose size in metres is ``unit_m``.
 
+    ``ambient`` (3,) is the radiance that enters from outside, W/(m2 sr); ``lights`` are abstract
+    light sources, seen by surfaces and not by cameras.
+
     Examples
     --------
     >>> white = Material("white", np.full(3, 0.8), np.full(3, 0.2), np.ones(3))
@@ -122,9 +126,16 @@ class Scene:
     unit_m: float = 1.0
     up: str = "z"
     ambient: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    lights: tuple[Light, ...] = ()
     truth: Truth | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
+
+    @property
+    def has_light(self) -> bool:
+        """Whether any face emits, any light shines or any enters from outside."""
+        emits = any(m.emits for m in self.materials)
+        return bool(emits or self.ambient.any() or any(s.strength.any() for s in self.lights))
 
     def check(self) -> None:
         """Refuse what no reader lets through, for scenes that are made in code.
@@ -145,6 +156,8 @@ class Scene:
             problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)
             problems += _outside(f"{where}.absorptance", m.absorptance, 1.0, "a share of the light")
             problems += _outside(f"{where}.emission", m.emission, np.inf, "radiance in W/(m2 sr)")
+        for k, light in enumerate(self.lights):
+            problems += _outside(f"lights[{k}]", light.strength, np.inf, "in W/sr, or W/m2")
         problems += _outside("ambient", self.ambient, np.inf, "radiance in W/(m2 sr)")
         if problems:
             raise SceneError(self.source or self.name, problems)
