@@ -24,7 +24,7 @@ def load_scene(path: str, mesh: str, ambient: float, quiet: bool):
         remark(f"note: {note}", quiet)
     if not any(m.emits for m in scene.materials) and ambient == 0:
         remark("note: nothing in the scene emits light; --ambient 1 lets some in", quiet)
-    return replace(scene, ambient=np.full(3, float(ambient))) if ambient else scene
+    return replace(scene, ambient=np.full(scene.bands.count, float(ambient))) if ambient else scene
 
 
 LATE = 1.5  # times the time asked that is worth a remark

@@ -43,7 +43,7 @@ class Level:
         The elements of the live patches.
     factors : FormFactors or LinearFactors
         Between all patches, or between the elements of the live ones.
-    coefficients, arriving : (width m, 3) float64
+    coefficients, arriving : (width m, bands) float64
         Of radiosity and irradiance on the m live patches, W/m2.
     outside : (width m,) float64
         Coefficients of the factor to the outside.
@@ -78,7 +78,7 @@ class Level:
 
     @property
     def emitted(self) -> np.ndarray:
-        """Return the coefficients (width m, 3) of the emission."""
+        """Return the coefficients (width m, bands) of the emission."""
         emission = np.zeros_like(self.coefficients)
         emission[: len(self.rows)] = self.terms.emission[self.rows]
         return emission
@@ -114,7 +114,7 @@ class Level:
 
     @property
     def escaping(self) -> np.ndarray:
-        """Return (m, 3): the radiosity of each live patch that leaves the scene, W/m2."""
+        """Return (m, bands): the radiosity of each live patch that leaves the scene, W/m2."""
         if self.senders.elements.order == 1:
             return self.factors.escaping(self.senders.elements, self.coefficients)
         return self.coefficients * self.outside[:, None]
@@ -122,7 +122,7 @@ class Level:
     def gathered(
         self, points: np.ndarray, normals: np.ndarray, progress: Progress = silent
     ) -> Arrival:
-        """Return the irradiance (k, 3) in W/m2 at points of unit normals, and what rays cost it."""
+        """Return the irradiance (k, bands) in W/m2 at points of unit normals, and its error."""
         found = arriving(
             self.senders, self.coefficients, points, normals, seed=self.recipe.seed,
             progress=progress,
