@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from radiosity.light.bands import RGB, Bands
 from radiosity.light.sources import Light
 from radiosity.mesh.faces import Faces
 
@@ -32,21 +33,21 @@ class SceneError(ValueError):
 class Phong:
     """Energy-normalised Phong lobe, f = reflectance (n + 2)/(2 pi) cos^n(angle to mirror)."""
 
-    reflectance: np.ndarray  # (3,)
+    reflectance: np.ndarray  # (bands,)
     exponent: float
 
 
 @dataclass(frozen=True)
 class Material:
-    """What a surface does to light, per linear sRGB band.
+    """What a surface does to light, per band of the scene.
 
     Attributes
     ----------
-    diffuse : (3,) float64
+    diffuse : (bands,) float64
         Lambertian reflectance rho = pi k_d, on both sides unless ``two_sided`` is false.
-    absorptance : (3,) float64
+    absorptance : (bands,) float64
         1 - diffuse, given directly where the reflectance is near 1.
-    emission : (3,) float64
+    emission : (bands,) float64
         Radiance in W/(m2 sr), from the front only.
     specular : Phong or None
 
@@ -93,7 +94,7 @@ class Camera:
 class Truth:
     """The closed-form answer a scene carries: radiosity in W/m2 by material or group, or of all.
 
-    ``radiosity`` maps a material or group name to (3,) values; the key "" stands for every face.
+    ``radiosity`` maps a material or group name to (bands,) values; "" stands for every face.
     """
 
     radiosity: dict[str, np.ndarray]
@@ -105,8 +106,8 @@ class Truth:
 class Scene:
     """A scene as read; lengths are in ``unit``, whose size in metres is ``unit_m``.
 
-    ``ambient`` (3,) is the radiance that enters from outside, W/(m2 sr); ``lights`` are abstract
-    light sources, seen by surfaces and not by cameras.
+    ``bands`` tells what the numbers of its materials, of its ``lights``, abstract sources that
+    surfaces see and cameras do not, and of its ``ambient`` radiance stand for.
 
     Examples
     --------
@@ -125,11 +126,16 @@ class Scene:
     unit: str = "m"
     unit_m: float = 1.0
     up: str = "z"
-    ambient: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    ambient: np.ndarray | None = None  # (bands,) W/(m2 sr) that enter from outside; none is 0
     lights: tuple[Light, ...] = ()
     truth: Truth | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
+    bands: Bands = RGB
+
+    def __post_init__(self):
+        if self.ambient is None:
+            object.__setattr__(self, "ambient", np.zeros(self.bands.count))
 
     @property
     def has_light(self) -> bool:
@@ -143,13 +149,15 @@ class Scene:
         Raises
         ------
         SceneError
-            Numbers that are not finite, negative light, reflectances outside [0, 1], no faces.
+            Numbers that are not finite, negative light, reflectances outside [0, 1], no faces, as
+        many numbers as the scene has no bands.
         """
         problems = [] if len(self.faces) else ["faces are missing: there is nothing to light"]
         problems += [
             f"faces.vertices[{k}] = {self.faces.vertices[k].tolist()} must be finite"
             for k in np.flatnonzero(~np.isfinite(self.faces.vertices).all(axis=(1, 2)))[:3]
         ]
+        problems += self._miscounted()
         for m in self.materials:
             where = f"materials.{m.name}"
             why = "a surface cannot reflect more than it receives"
@@ -161,6 +169,19 @@ class Scene:
         problems += _outside("ambient", self.ambient, np.inf, "radiance in W/(m2 sr)")
         if problems:
             raise SceneError(self.source or self.name, problems)
+
+    def _miscounted(self) -> list[str]:
+        """Return which numbers are not one a band."""
+        count, values = self.bands.count, {"ambient": self.ambient}
+        for m in self.materials:
+            for key in ("diffuse", "absorptance", "emission"):
+                values[f"materials.{m.name}.{key}"] = getattr(m, key)
+        return [
+            f"{where} has the shape {np.shape(x)}, must have ({count},): one number a band of the "
+            f"scene ({', '.join(self.bands.names[:3])}{', ..' if count > 3 else ''})"
+            for where, x in values.items()
+            if np.shape(x) != (count,)
+        ]
 
 
 def _outside(where, values, most, why) -> list[str]:

@@ -52,11 +52,11 @@ class Clustered:
         Cluster of each live patch.
     factors : FormFactors
         Between clusters.
-    straight : (m, 3) float64
+    straight : (m, bands) float64
         Irradiance on each live patch that comes straight from faces that emit, W/m2.
-    lamplight : (m, 3) float64
+    lamplight : (m, bands) float64
         The same of abstract light sources.
-    coefficients, arriving : (m, 3) float64
+    coefficients, arriving : (m, bands) float64
         Radiosity and irradiance of the live patches, W/m2.
     outside : (m,) float64
         Factors of the live patches' clusters to the outside.
@@ -93,12 +93,12 @@ class Clustered:
 
     @property
     def entering(self) -> np.ndarray:
-        """Return (m, 3): the irradiance of the live patches that no patch sends, W/m2."""
+        """Return (m, bands): the irradiance of the live patches that no patch sends, W/m2."""
         return np.pi * self.outside[:, None] * self.scene.ambient + self.lamplight
 
     @property
     def escaping(self) -> np.ndarray:
-        """Return (m, 3): the radiosity of each live patch that leaves the scene, W/m2."""
+        """Return (m, bands): the radiosity of each live patch that leaves the scene, W/m2."""
         return self.coefficients * self.outside[:, None]
 
     @cached_property
@@ -107,7 +107,7 @@ class Clustered:
         value = self.coefficients
         if len(self.lights.polygons):
             value = value - self.terms.emission[self.rows]
-        flat = np.zeros((len(self.reach.patches), 3, 3))
+        flat = np.zeros((len(self.reach.patches), value.shape[1], 3))
         return surroundings_of(
             self.scene, self.reach, self.lights, self.on_patches(value), flat, self.recipe.seed,
             False,
@@ -116,10 +116,10 @@ class Clustered:
     def gathered(
         self, points: np.ndarray, normals: np.ndarray, progress: Progress = silent
     ) -> Arrival:
-        """Return the irradiance (k, 3) in W/m2 at points, by rays, and its standard error."""
+        """Return the irradiance (k, bands) in W/m2 at points, by rays, and its standard error."""
         around, seed = self.surroundings, self.recipe.seed
         half, k = self.recipe.rays // 2, len(points)
-        total, error = np.empty((k, 3)), np.empty((k, 3))
+        total, error = np.empty((2, k, self.coefficients.shape[1]))
 
         def work(a, b):
             keys = np.arange(a, b)
@@ -180,8 +180,8 @@ def _kinds(terms, rows):
 
 
 def _straight(reach, rows, lights, seed, progress):
-    """Return (m, 3): what comes straight from polygons that emit in the middles of patches."""
-    patches, found = reach.patches, np.zeros((len(rows), 3))
+    """Return (m, bands): what comes straight from polygons that emit in the middles of patches."""
+    patches, found = reach.patches, np.zeros((len(rows), lights.exitance.shape[1]))
 
     def work(a, b):
         r = rows[a:b]
@@ -196,9 +196,9 @@ def _straight(reach, rows, lights, seed, progress):
 
 
 def _lamplight(reach, rows, lights):
-    """Return (m, 3): the mean over each patch of what abstract sources send."""
+    """Return (m, bands): the mean over each patch of what abstract sources send."""
     if not lights.lamps:
-        return np.zeros((len(rows), 3))
+        return np.zeros((len(rows), lights.exitance.shape[1]))
     elements = make_elements(reach.patches, rows, 0)
     return lamps_on(reach.visibility, lights.lamps, elements, lights.unit_m)
 
@@ -219,14 +219,15 @@ def solved(
     entering = np.pi * outside[:, None] * scene.ambient + lamplight
 
     def pulled(x):
-        return np.stack([np.bincount(labels, area * x[:, b], n) for b in range(3)], axis=1)
+        return np.stack([np.bincount(labels, area * x[:, b], n) for b in range(x.shape[1])], axis=1)
 
     def mean(x):
         return pulled(x) / np.bincount(labels, area, n)[:, None]
 
     stays = (1.0 - factors.loss) @ pulled(emission - own)
     arrived = np.sum(area[:, None] * straight, axis=0)
-    kept = straight * np.divide(stays, arrived, out=np.ones(3), where=(arrived > 0) & (stays > 0))
+    known = (arrived > 0) & (stays > 0)
+    kept = straight * np.divide(stays, arrived, out=np.ones_like(arrived), where=known)
     source = mean(own + rho * (kept + entering))
     system = System(factors, mean(rho), mean(terms.absorptance[rows]), source)
     solver = suited(recipe.solver, system, np.ones(n, bool))

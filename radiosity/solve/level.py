@@ -44,11 +44,11 @@ class Level:
         The elements of the live patches.
     factors : FormFactors or LinearFactors
         Between all patches, or between the elements of the live ones.
-    coefficients, arriving : (width m, 3) float64
+    coefficients, arriving : (width m, bands) float64
         Of radiosity and irradiance on the m live patches, W/m2.
     outside : (width m,) float64
         Coefficients of the factor to the outside.
-    lamplight : (width m, 3) float64
+    lamplight : (width m, bands) float64
         Coefficients of the irradiance that abstract light sources cause, W/m2.
     history : list of float
         The solver's error bound after each iteration.
@@ -82,14 +82,14 @@ class Level:
 
     @property
     def emitted(self) -> np.ndarray:
-        """Return the coefficients (width m, 3) of the emission."""
+        """Return the coefficients (width m, bands) of the emission."""
         emission = np.zeros_like(self.coefficients)
         emission[: len(self.rows)] = self.terms.emission[self.rows]
         return emission
 
     @property
     def entering(self) -> np.ndarray:
-        """Return the coefficients (width m, 3) of irradiance that no patch sends."""
+        """Return the coefficients (width m, bands) of irradiance that no patch sends."""
         return _entering(self.scene, self.outside) + self.lamplight
 
     def reflected(self, coefficients: np.ndarray) -> np.ndarray:
@@ -126,7 +126,7 @@ class Level:
 
     @property
     def escaping(self) -> np.ndarray:
-        """Return (m, 3): the radiosity of each live patch that leaves the scene, W/m2."""
+        """Return (m, bands): the radiosity of each live patch that leaves the scene, W/m2."""
         if self.senders.elements.order == 1:
             return self.factors.escaping(self.senders.elements, self.coefficients)
         return self.coefficients * self.outside[:, None]
@@ -134,7 +134,7 @@ class Level:
     def gathered(
         self, points: np.ndarray, normals: np.ndarray, progress: Progress = silent
     ) -> Arrival:
-        """Return the irradiance (k, 3) in W/m2 at points of unit normals, and what rays cost it."""
+        """Return the irradiance (k, bands) in W/m2 at points of unit normals, and its error."""
         found = arriving(
             self.senders, self.coefficients, points, normals, seed=self.recipe.seed,
             progress=progress,
@@ -236,8 +236,8 @@ def _entering(scene, outside):
 
 
 def _lamplight(scene, reach, elements, own, constant):
-    """Return the coefficients (width own, 3) of lamps' light on the live patches, or on all."""
-    found = np.zeros((elements.width * own, 3))
+    """Return the coefficients (width own, bands) of lamps' light on the live patches, or on all."""
+    found = np.zeros((elements.width * own, scene.bands.count))
     if scene.lights:
         live = lamps_on(reach.visibility, scene.lights, elements, scene.unit_m)
         found[slice(None) if elements.order == 1 else reach.live] = live

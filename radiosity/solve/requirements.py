@@ -203,10 +203,10 @@ def _bands(scene, plan, reach, is_open):
     emitted = np.array([m.emission for m in used] + [scene.ambient, *lamps])
     grey = np.all(rho == rho[:, :1]) and np.linalg.matrix_rank(emitted) <= 1
     if plan.recipe.force:
-        return Requirement("bands", "3", "all are asked for (--force)")
+        return Requirement("bands", str(scene.bands.count), "all are asked for (--force)")
     if grey:
         return Requirement("bands", "1", "all is grey, and all lights have one colour")
-    return Requirement("bands", "3", "reflectances or lights differ in colour")
+    return Requirement("bands", str(scene.bands.count), "reflectances or lights differ in colour")
 
 
 def _visibility(scene, plan, reach, is_open):

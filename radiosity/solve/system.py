@@ -14,7 +14,7 @@ MOST_LIGHTS = 32  # more emitting faces than this are not sampled one by one
 
 @dataclass(frozen=True)
 class Terms:
-    """Per patch: reflectance rho, 1 - rho and emission M_e, (n, 3); dead patches are black."""
+    """Per patch: reflectance rho, 1 - rho and emission M_e, (n, bands); dead patches are black."""
 
     reflectance: np.ndarray
     absorptance: np.ndarray
@@ -22,7 +22,7 @@ class Terms:
 
 
 def reflectance_of(material: Material) -> np.ndarray:
-    """Return the (3,) share of diffuse light that a material sends back.
+    """Return the (bands,) share of diffuse light that a material sends back.
 
     A specular lobe counts with its albedo under diffuse light, spread evenly.
     """
@@ -53,16 +53,16 @@ def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:
 
 
 def _absorptance(scene: Scene) -> np.ndarray:
-    """Return (materials, 3): 1 - reflectance, with the digits that a material gives it."""
-    diffuse = np.array([m.diffuse for m in scene.materials]).reshape(-1, 3)
-    given = np.array([m.absorptance for m in scene.materials]).reshape(-1, 3)
+    """Return (materials, bands): 1 - reflectance, with the digits that a material gives it."""
+    diffuse = np.array([m.diffuse for m in scene.materials]).reshape(-1, scene.bands.count)
+    given = np.array([m.absorptance for m in scene.materials]).reshape(-1, scene.bands.count)
     lobes = side_reflectance(scene)[0] - diffuse
     return given - lobes
 
 
 def side_reflectance(scene: Scene) -> np.ndarray:
-    """Return (2, materials, 3): reflectance of the fronts and the backs of each material."""
-    front = np.array([reflectance_of(m) for m in scene.materials]).reshape(-1, 3)
+    """Return (2, materials, bands): reflectance of the fronts and the backs of each material."""
+    front = np.array([reflectance_of(m) for m in scene.materials]).reshape(-1, scene.bands.count)
     two_sided = np.array([m.two_sided for m in scene.materials])
     return np.stack([front, front * two_sided[:, None]])
 

@@ -14,18 +14,18 @@ class Film:
 
     width: int
     height: int
-    total: np.ndarray  # (pixels, 3) radiance
-    indirect: np.ndarray  # (pixels, 3) irradiance that patches cause
+    total: np.ndarray  # (pixels, bands) radiance
+    indirect: np.ndarray  # (pixels, bands) irradiance that patches cause
     point: np.ndarray  # (pixels, 3)
     nearness: np.ndarray  # (pixels,)
     face: np.ndarray  # (pixels,) face and side all sight lines met, MIXED where several
 
     @classmethod
-    def blank(cls, width: int, height: int) -> "Film":
+    def blank(cls, width: int, height: int, bands: int) -> "Film":
         """Return a film that no light has met."""
         n = width * height
-        zeros = [np.zeros((n, 3)) for _ in range(3)]
-        return cls(width, height, *zeros, np.zeros(n), np.full(n, MIXED))
+        light = [np.zeros((n, bands)) for _ in range(2)]
+        return cls(width, height, *light, np.zeros((n, 3)), np.zeros(n), np.full(n, MIXED))
 
     def add(self, pixels, index, plane, points, leaving, indirect, nearness) -> None:
         """Add what one pass found at some pixels."""
@@ -37,9 +37,9 @@ class Film:
         self.face[pixels] = same
 
     def developed(self, passes: int, shading: Shading) -> np.ndarray:
-        """Return (h, w, 3) mean radiance with its indirect part smoothed."""
+        """Return (h, w, bands) mean radiance with its indirect part smoothed."""
         shape = self.height, self.width
-        noisy = self.indirect.reshape(*shape, 3) / passes
+        noisy = self.indirect.reshape(*shape, -1) / passes
         face = self.face.reshape(shape)
         smooth = smoothed(
             noisy, self.point.reshape(*shape, 3) / passes,
@@ -47,4 +47,4 @@ class Film:
         )  # fmt: skip
         change = shading.plane_diffuse[face] * (smooth - noisy) / np.pi
         change[face == MIXED] = 0.0
-        return self.total.reshape(*shape, 3) / passes + change
+        return self.total.reshape(*shape, -1) / passes + change
