@@ -1,5 +1,6 @@
 """What a scene requires: decisions as written by hand, and nothing skipped that matters."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -170,3 +171,13 @@ def test_a_scene_without_light_has_a_forecast():
     found = foresee(dark, make_plan(dark, 0.05))
     assert found.patches == 0
     assert "no light that could leave" in [r.reason for r in found.requirements][3]
+
+
+def test_sheets_are_solved_by_what_knows_them():
+    made = scene(np.concatenate([ROOM, SHEET]), 0.5, [*LAMP, 0])
+    last = replace(made.materials[-1], translucent=np.full(3, 0.3))
+    made = replace(made, materials=(*made.materials[:-1], last))
+    found = {r.name: r for r in foresee(made, make_plan(made, 0.1)).requirements}
+    assert found["solver"].model == "gmres" and "sheets" in found["solver"].reason
+    assert found["backs"].model == "of 1 patches"
+    assert solve(made, 0.1).solver == "gmres"

@@ -50,6 +50,8 @@ class Material:
     emission : (bands,) float64
         Radiance in W/(m2 sr), from the front only.
     specular : Phong or None
+    translucent : (bands,) float64, optional
+        Share of the light on either side that leaves the other one, evenly: tau = pi T*.
 
     Examples
     --------
@@ -64,6 +66,7 @@ class Material:
     emission: np.ndarray
     specular: Phong | None = None
     two_sided: bool = True
+    translucent: np.ndarray | None = None
 
     @property
     def emits(self) -> bool:
@@ -176,6 +179,7 @@ class Scene:
         for m in self.materials:
             for key in ("diffuse", "absorptance", "emission"):
                 values[f"materials.{m.name}.{key}"] = getattr(m, key)
+        values |= {f"lights[{k}]": light.strength for k, light in enumerate(self.lights)}
         return [
             f"{where} has the shape {np.shape(x)}, must have ({count},): one number a band of the "
             f"scene ({', '.join(self.bands.names[:3])}{', ..' if count > 3 else ''})"

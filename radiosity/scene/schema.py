@@ -189,6 +189,7 @@ class MaterialTable(StrictTable):
     diffuse: taken_by(REFLECTANCE) = None
     absorptance: taken_by(ABSORPTANCE) = None
     two_sided: bool = True
+    translucent: taken_by(REFLECTANCE) = None
     specular: SpecularTable | None = None
     emission: EmissionTable | None = None
 

@@ -156,15 +156,21 @@ def _material_problems(table, path):
     kept = _value(table, "absorptance", ABSORPTANCE)
     diffuse = _value(table, "diffuse", REFLECTANCE, None if kept is None else 1 - np.array(kept))
     gloss = _value(table.get("specular"), "reflectance", REFLECTANCE)
-    if diffuse is not None and gloss is not None:
-        total = np.add(diffuse, gloss)
-        if total.max() > 1 + ROUNDING:
-            band = "rgb"[int(np.argmax(total))]
-            problems.append(
-                f"{dotted(path)}: diffuse + specular.reflectance = {total.max():.6g} in band "
-                f"{band} must be at most 1: a surface cannot reflect more than it receives; "
-                "lower one of them"
-            )
+    through = _value(table, "translucent", REFLECTANCE)
+    parts = {"diffuse": diffuse, "specular.reflectance": gloss, "translucent": through}
+    parts = {key: share for key, share in parts.items() if share is not None}
+    total = np.sum(list(parts.values()), axis=0)
+    if len(parts) > 1 and total.max() > 1 + ROUNDING:
+        band = "rgb"[int(np.argmax(total))]
+        problems.append(
+            f"{dotted(path)}: {' + '.join(parts)} = {total.max():.6g} in band {band} must be at "
+            "most 1: a surface cannot reflect more than it receives; lower one of them"
+        )
+    if through is not None and any(through) and table.get("two_sided") is False:
+        problems.append(
+            f"{dotted(path)} is translucent and not two_sided: a sheet that light goes through has "
+            "two sides alike; leave out two_sided"
+        )
     return problems + _emission_problems(table.get("emission"), (*path, "emission"))
 
 
@@ -328,7 +334,8 @@ def _materials(tables, geometry, unit_m):
         emission = _radiance(table.emission, float(areas[faces].sum()))
         gloss = table.specular
         phong = gloss and Phong(np.array(gloss.reflectance), gloss.exponent)
-        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided)
+        through = None if table.translucent is None else np.array(table.translucent)
+        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided, through)
     return made, notes
 
 
@@ -339,7 +346,7 @@ def _diffuse(name, table):
         return 1 - absorptance, absorptance, None
     if table.diffuse is not None:
         return np.array(table.diffuse), 1 - np.array(table.diffuse), None
-    value = 0.0 if table.specular else DEFAULT_REFLECTANCE
+    value = 0.0 if table.specular or table.translucent else DEFAULT_REFLECTANCE
     diffuse = np.full(3, value)
     return diffuse, 1 - diffuse, f'material "{name}" gives no diffuse: {value:g} is taken'
 

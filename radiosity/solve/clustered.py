@@ -15,8 +15,9 @@ import numpy as np
 from radiosity.mesh.clusters import make_clusters
 from radiosity.mesh.elements import make_elements
 from radiosity.scene.model import Scene
+from radiosity.solve.equations import System, sheets_of
 from radiosity.solve.level import suited
-from radiosity.solve.methods import System, solve_bands
+from radiosity.solve.methods import solve_bands
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
@@ -175,8 +176,11 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
 
 
 def _kinds(terms, rows):
-    """Return (m,) int: numbers of patches' reflectances."""
-    return np.unique(terms.reflectance[rows], axis=0, return_inverse=True)[1].ravel()
+    """Return (m,) int: numbers of what patches reflect and let through."""
+    laws = terms.reflectance[rows]
+    if terms.transmittance is not None:
+        laws = np.hstack([laws, terms.transmittance[rows]])
+    return np.unique(laws, axis=0, return_inverse=True)[1].ravel()
 
 
 def _straight(reach, rows, lights, seed, progress):
@@ -228,15 +232,21 @@ def solved(
     arrived = np.sum(area[:, None] * straight, axis=0)
     known = (arrived > 0) & (stays > 0)
     kept = straight * np.divide(stays, arrived, out=np.ones_like(arrived), where=known)
-    source = mean(own + rho * (kept + entering))
-    system = System(factors, mean(rho), mean(terms.absorptance[rows]), source)
+    sheets = sheets_of(terms, make_elements(patches, rows, 0), rows)
+
+    def scattered(e):
+        return rho * e if sheets is None else rho * e + sheets.passed(e)
+
+    source = mean(own + scattered(kept + entering))
+    grouped = sheets and sheets.grouped(labels, area, n)
+    system = System(factors, mean(rho), mean(terms.absorptance[rows]), source, grouped)
     solver = suited(recipe.solver, system, np.ones(n, bool))
 
     def level(b, history):
         e = straight + entering + (factors @ b)[labels]
         return Clustered(
             scene, reach, terms, recipe, labels, factors, lights, straight, lamplight,
-            emission + rho * e, e, outside, history, solver,
+            emission + scattered(e), e, outside, history, solver,
         )  # fmt: skip
 
     seen = None if watch is None else lambda b: watch(level(b, []))

@@ -15,11 +15,11 @@ from radiosity.scene.model import Scene
 from radiosity.solve.adapt import AIM, MORE_RAYS, ROUNDS, STEPS, Rounds
 from radiosity.solve.clustered import coarser, solve_clusters
 from radiosity.solve.estimate import COARSER, Check, compare
-from radiosity.solve.level import STIFF, solve_level
+from radiosity.solve.level import STIFF, THROUGH, solve_level
 from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import WORTH
-from radiosity.solve.system import lights_of
+from radiosity.solve.system import lights_of, translucent
 
 TRIED = 0.1  # share of the work foreseen that rounds are tried for, at least one
 # Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
@@ -277,4 +277,6 @@ def _solver(scene, plan, reach, is_open):
     left = min(float(m.absorptance.min()) for m in scene.materials)
     if left < STIFF and not is_open:
         return Requirement("solver", "direct", "reflectances near 1: bounces hardly fade")
+    if translucent(scene)[scene.faces.material].any() and plan.recipe.solver not in THROUGH:
+        return Requirement("solver", "gmres", "light goes through translucent sheets")
     return Requirement("solver", plan.recipe.solver, "the matrix is dense")

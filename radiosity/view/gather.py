@@ -221,7 +221,8 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
 def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, index: int):
     """Return what leaves points of patches towards the viewer.
 
-    L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point.
+    L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point; of a
+    translucent sheet + tau E/pi, with E on its other side.
 
     Returns
     -------
@@ -236,11 +237,13 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     normals = solution.patches.normal[rows]
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
-    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
-    arriving = indirect + direct_irradiance(
-        around.visibility, around.lights, points, normals, keys, aims, seed
-    )
+    arriving, indirect, nearness = _arriving(around, points, normals, keys, looks, aims, seed)
     leaving = shading.emission[rows] + lambert(shading.diffuse[rows]) * arriving
+    if shading.through is not None:
+        through = shading.through[rows]
+        k = np.flatnonzero(through.any(axis=1))
+        behind = _arriving(around, points[k], -normals[k], keys[k], looks, aims, seed)[0]
+        leaving[k] += lambert(through[k]) * behind
     for which, lobe in enumerate(shading.lobes):
         k = np.flatnonzero(shading.lobe[rows] == which)
         if lobe is not None and len(k):
@@ -248,3 +251,10 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
                 around, lobe, points[k], normals[k], to_view[k], keys[k], aims, seed
             )
     return leaving, indirect, nearness
+
+
+def _arriving(around, points, normals, keys, looks, aims, seed):
+    """Return the irradiance (k, bands), what of it is indirect, and the nearness (k,)."""
+    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
+    direct = direct_irradiance(around.visibility, around.lights, points, normals, keys, aims, seed)
+    return indirect + direct, indirect, nearness

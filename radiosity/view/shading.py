@@ -19,6 +19,7 @@ class Shading:
     plane: np.ndarray  # (n,) 2 * face, + 1 for its back; one face stands for all in its plane
     plane_diffuse: np.ndarray  # (2 * faces, bands)
     plane_axes: np.ndarray  # (2 * faces, 2, 3)
+    through: np.ndarray | None = None  # (n, bands) what comes through, None where nothing does
 
 
 def make_shading(solution: Solution) -> Shading:
@@ -36,6 +37,7 @@ def make_shading(solution: Solution) -> Shading:
     return Shading(
         solution.emission / np.pi, diffuse, np.where(reflects, lobe, -1), lobes,
         plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0),
+        solution.level.terms.transmittance,
     )  # fmt: skip
 
 
