@@ -121,6 +121,14 @@ class Table:
         return good
 
 
+def value_of(table, key, check, default=None):
+    """Return what a check makes of a key, None where it finds something wrong."""
+    try:
+        return check(table[key]) if isinstance(table, dict) and key in table else default
+    except Wrong:
+        return None
+
+
 def _picture_size(value) -> tuple[int, int]:
     what = f"must be [width, height], two whole numbers from 1 to {LARGEST_PICTURE}"
     whole = isinstance(value, list) and all(type(v) is int for v in value)
@@ -133,6 +141,11 @@ def _mesh(value) -> str:
     if value in ("auto", "input") or (type(value) is int and value >= 1):
         return str(value)
     raise Wrong(((), value, 'must be "auto", "input" or a whole number of cells from 1'))
+
+
+def _smooth(value) -> bool | float:
+    """Return true, false or an angle in degrees, or raise `Wrong`."""
+    return value if isinstance(value, bool) else Number(0, 180, "degrees, or true or false")(value)
 
 
 def _truth_radiosity(value) -> dict:
@@ -148,6 +161,8 @@ POINT = Sequence(LENGTH, 3, "three numbers [x, y, z]")
 SCALE = Bands(LENGTH, "a number or [x, y, z]")
 POLYGON = Sequence(POINT, None, "a list of points [x, y, z]")
 POLYGONS = Sequence(POLYGON, None, "a list of polygons [[[x, y, z], ...")
+UV = Sequence(Sequence(Number(), 2, "two numbers [u, v]"), None, "a list of pairs [u, v]")
+UVS = Sequence(UV, None, "a list of lists [[[u, v], ...], as polygons has")
 MATRIX = Sequence(Sequence(LENGTH, 4, "four numbers"), 4, "four rows of four numbers")
 
 
@@ -195,6 +210,8 @@ class GeometryTable(_Strict):
     file: str | None = None
     material: str | None = None
     polygons: _taken_by(POLYGONS) = None
+    uv: _taken_by(UVS) = None
+    smooth: _taken_by(_smooth) = True
     transform: _taken_by(MATRIX) = None
     translate: _taken_by(POINT) = None
     rotate: _taken_by(POINT) = None
