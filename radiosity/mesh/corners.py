@@ -80,7 +80,7 @@ def joinable(joined, apart, one, two) -> np.ndarray:
         if values is not None:
             good &= _agree(values, one, two)
     quads, uv, _ = joined
-    return good if uv is None else good & _affine(quads, uv)
+    return good if uv is None else good & affine(quads, uv)
 
 
 def _agree(values, one, two):
@@ -93,8 +93,11 @@ def _agree(values, one, two):
     return same | np.isnan(both).all(axis=(1, 2))
 
 
-def _affine(quads, values):
-    """Return (m,) bool: whether values (m, 4, c) are affine in the place, up to AGREE."""
+def affine(quads: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: whether values (m, 4, c) are affine in the place, up to AGREE.
+
+    Of planar quadrilaterals (m, 4, 3); false for triangles.
+    """
     v = quads - quads[:, :1]
     normal = np.cross(v[:, 2], v[:, 3] - v[:, 1])
     whole, a, b = (

@@ -7,6 +7,7 @@ import numpy as np
 
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.triangulate import convex_parts
+from radiosity.scene.checks import value_of
 from radiosity.scene.geometry import DEFAULT, Geometry
 from radiosity.scene.model import SceneError
 from radiosity.scene.schema import (
@@ -19,7 +20,6 @@ from radiosity.scene.schema import (
     at,
     checked,
     dotted,
-    value_of,
 )
 
 

@@ -45,7 +45,8 @@ def load(path: str | Path, merge: bool = True) -> Scene:
     from radiosity.scene.toml import read_toml  # pydantic takes 0.2 s to import
 
     text = _decoded(read_bytes(path), path)
-    return read_toml(text, str(path), partial(_named, path.parent, merge), path.stem, merge)
+    named = partial(_named, path.parent, merge), path.stem, merge, partial(_picture, path.parent)
+    return read_toml(text, str(path), *named)
 
 
 def read_geometry(
@@ -152,6 +153,15 @@ def _decoded(data, path):
 def _named(folder, merge, name, uv):
     """Return the geometry that a scene file names, relative to its folder."""
     return read_geometry(folder / name, folder, merge, uv)
+
+
+def _picture(folder, name):
+    """Return the pixels of a picture that a scene file names, relative to its folder."""
+    from radiosity.scene.textures import read_picture
+
+    path = folder / name
+    _check_inside(path, folder)
+    return read_picture(path, read_bytes)
 
 
 def _obj(path, folder, merge, uv):

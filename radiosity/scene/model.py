@@ -1,10 +1,15 @@
 """What a user describes: materials, cameras and the scene, as frozen values."""
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radiosity.mesh.faces import Faces
+
+if TYPE_CHECKING:
+    from radiosity.light.bump import Bump
+    from radiosity.light.texture import Texture
 
 
 class SceneError(ValueError):
@@ -48,6 +53,10 @@ class Material:
     emission : (3,) float64
         Radiance in W/(m2 sr), from the front only.
     specular : Phong or None
+    texture : Texture, optional
+        Reflectance of each point, whose mean ``diffuse`` is.
+    bump : Bump, optional
+        Relief, in scene units, seen in pictures.
 
     Examples
     --------
@@ -62,6 +71,13 @@ class Material:
     emission: np.ndarray
     specular: Phong | None = None
     two_sided: bool = True
+    texture: "Texture | None" = None
+    bump: "Bump | None" = None
+
+    @property
+    def least_absorptance(self) -> np.ndarray:
+        """Return 1 - reflectance (3,) where the surface is brightest."""
+        return self.absorptance if self.texture is None else 1.0 - self.texture.highest
 
     @property
     def emits(self) -> bool:
@@ -139,8 +155,13 @@ class Scene:
             f"faces.vertices[{k}] = {self.faces.vertices[k].tolist()} must be finite"
             for k in np.flatnonzero(~np.isfinite(self.faces.vertices).all(axis=(1, 2)))[:3]
         ]
-        for m in self.materials:
+        for k, m in enumerate(self.materials):
             where = f"materials.{m.name}"
+            if m.texture is not None:
+                bounds = np.append(m.texture.lowest, m.texture.highest)
+                problems += _outside(f"{where}.texture", bounds, 1.0, "it is a reflectance")
+            if m.texture is not None or m.bump is not None:
+                problems += uncovered(where, self.faces, self.faces.material == k)
             why = "a surface cannot reflect more than it receives"
             problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)
             problems += _outside(f"{where}.absorptance", m.absorptance, 1.0, "a share of the light")
@@ -148,6 +169,18 @@ class Scene:
         problems += _outside("ambient", self.ambient, np.inf, "radiance in W/(m2 sr)")
         if problems:
             raise SceneError(self.source or self.name, problems)
+
+
+def uncovered(where: str, faces: Faces, mine: np.ndarray) -> list[str]:
+    """Return what is wrong where not all of some faces (f,) bool have texture coordinates."""
+    bare = mine if faces.uv is None else mine & np.isnan(faces.uv).any(axis=(1, 2))
+    if not bare.any():
+        return []
+    return [
+        f"{where} names a texture, but {bare.sum()} of its {mine.sum()} faces have no texture "
+        f"coordinates, face {np.flatnonzero(bare)[0]} for one: give vt in the OBJ file or uv "
+        "beside the polygons"
+    ]
 
 
 def _outside(where, values, most, why) -> list[str]:

@@ -16,8 +16,17 @@ from radiosity.scene.assemble import (
     with_materials,
 )
 from radiosity.scene.blocks import parts_of
+from radiosity.scene.checks import TextureKey, nearest, value_of
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
-from radiosity.scene.model import Camera, Material, Phong, Scene, SceneError, Truth
+from radiosity.scene.model import (
+    Camera,
+    Material,
+    Phong,
+    Scene,
+    SceneError,
+    Truth,
+    uncovered,
+)
 from radiosity.scene.schema import (
     ABSORPTANCE,
     POINT,
@@ -32,8 +41,6 @@ from radiosity.scene.schema import (
     at,
     checked,
     dotted,
-    nearest,
-    value_of,
 )
 
 
@@ -43,6 +50,7 @@ def read_toml(
     read_geometry: Callable[[str, bool], Geometry],
     name: str = "",
     merge: bool = True,
+    read_picture: Callable[[str], np.ndarray] | None = None,
 ) -> Scene:
     """Return the scene that a TOML text describes.
 
@@ -58,6 +66,8 @@ def read_toml(
         The scene's name if the text gives none.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
+    read_picture : callable, optional
+        Returns the pixels (h, w, 1 or 3) of a picture named in the text; raises SceneError.
 
     Raises
     ------
@@ -66,9 +76,15 @@ def read_toml(
     """
     raw, problems = _parsed(text, source), []
     top = checked(SceneTable, raw, (), problems)
-    uv = _names_texture(raw.get("materials"))
+    tables = raw.get("materials", {})
+    uv = any(map(_names_texture, tables.values() if isinstance(tables, dict) else ()))
     parts = parts_of(raw.get("geometry", []), read_geometry, merge, uv, problems)
     materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
+    details = {}
+    if uv:
+        from radiosity.scene.textures import details_of  # others need none of it
+
+        details = details_of(materials, read_picture, problems)
     cameras = _tables(CameraTable, raw, "cameras", problems, _camera_problems)
     truth = _truth(raw, problems)
     geometry = joined(parts) if parts and None not in parts else None
@@ -76,6 +92,7 @@ def read_toml(
         useless = geometry_problem(geometry)
         problems += [f"geometry: {useless}"] if useless else []
         problems += _truth_name_problems(truth, materials, geometry)
+        problems += _uncovered(details, geometry)
     if problems:
         raise SceneError(source, problems)
     scene = Scene(
@@ -91,12 +108,13 @@ def read_toml(
         source=source,
         notes=geometry.notes,
     )
-    return _completed(scene, geometry, materials)
+    return _completed(scene, geometry, materials, details)
 
 
-def _completed(scene, geometry, tables):
+def _completed(scene, geometry, tables, details):
     """Return a scene with its materials, and with a camera where it has none."""
     made, notes = _materials(tables, geometry, scene.unit_m)
+    made |= {name: found.of(made[name]) for name, found in details.items()}
     faces, materials, more = with_materials(geometry, made)
     cameras = scene.cameras
     if not cameras:
@@ -121,8 +139,8 @@ def _parsed(text, source):
 
 def _names_texture(table):
     """Whether a table, or one inside of it, names a texture."""
-    inside = table.values() if isinstance(table, dict) else ()
-    return bool(inside) and "texture" in table or any(map(_names_texture, inside))
+    inside = table.items() if isinstance(table, dict) else ()
+    return any(key == "texture" or _names_texture(value) for key, value in inside)
 
 
 def _tables(model, raw, key, problems, cross_check):
@@ -214,6 +232,14 @@ def _truth_name_problems(truth, materials, geometry):
             yield f"{path} is neither a material nor a group: {nearest(name, known)}"
 
 
+def _uncovered(details, geometry):
+    """Return which materials have textures that some of their faces cannot place."""
+    for name in details:
+        if name in geometry.material_names:
+            mine = geometry.faces.material == geometry.material_names.index(name)
+            yield from uncovered(f"materials.{name}", geometry.faces, mine)
+
+
 def _materials(tables, geometry, unit_m):
     """Return the materials of the scene file by name, and notes."""
     made, notes = {}, []
@@ -232,6 +258,8 @@ def _materials(tables, geometry, unit_m):
 
 def _diffuse(name, table):
     """Return reflectance and absorptance (3,), and a note where neither is given."""
+    if isinstance(table.diffuse, TextureKey):
+        return np.zeros(3), np.ones(3), None  # the texture tells
     if table.absorptance is not None:
         absorptance = np.array(table.absorptance)
         return 1 - absorptance, absorptance, None

@@ -19,7 +19,7 @@ from radiosity.solve.methods import System, solve_bands
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
-from radiosity.solve.system import Terms, area_lights, make_terms
+from radiosity.solve.system import Terms, area_lights, make_terms, side_reflectance
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.closure import repaired
 from radiosity.transport.counting import count_rays, counted_factors
@@ -135,7 +135,7 @@ def solve_clusters(
     """Solve a mesh of many patches by so many clusters; see `solve_level` for what it raises."""
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     terms, lights = make_terms(scene, patches, reach.live), area_lights(scene, MOST_LIGHTS)
-    labels = make_clusters(patches, rows, _kinds(terms, rows), clusters)
+    labels = make_clusters(patches, rows, _kinds(scene, patches, rows), clusters)
     straight = _straight(reach, rows, lights, recipe.seed, progress)
     n = labels.max(initial=-1) + 1
     half = int(np.clip(recipe.counted // max(1, n), *RAYS)) // 2
@@ -153,7 +153,7 @@ def solve_clusters(
 def coarser(level: Clustered, clusters: int) -> Clustered:
     """Return the same with fewer clusters and half of the rays that counted their factors."""
     patches, rows = level.reach.patches, level.rows
-    labels = make_clusters(patches, rows, _kinds(level.terms, rows), clusters)
+    labels = make_clusters(patches, rows, _kinds(level.scene, patches, rows), clusters)
     n = level.labels.max(initial=-1) + 1
     above = np.zeros(n, int)  # a cluster goes where its first patch goes
     above[level.labels[::-1]] = labels[::-1]
@@ -163,9 +163,11 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     return solved(*parts, above[level.labels], factors, level.straight)
 
 
-def _kinds(terms, rows):
-    """Return (m,) int: numbers of patches' reflectances."""
-    return np.unique(terms.reflectance[rows], axis=0, return_inverse=True)[1].ravel()
+def _kinds(scene, patches, rows):
+    """Return (m,) int: numbers of patches' reflectances, of textures the means over all."""
+    side, material = np.where(patches.front, 0, 1), scene.faces.material[patches.face]
+    rho = side_reflectance(scene)[side[rows], material[rows]]
+    return np.unique(rho, axis=0, return_inverse=True)[1].ravel()
 
 
 def _straight(reach, rows, lights, seed, progress):

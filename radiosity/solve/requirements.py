@@ -266,7 +266,7 @@ def _elements(scene, plan, reach, is_open):
 
 
 def _solver(scene, plan, reach, is_open):
-    left = min(float(m.absorptance.min()) for m in scene.materials)
+    left = min(float(m.least_absorptance.min()) for m in scene.materials)
     if left < STIFF and not is_open:
         return Requirement("solver", "direct", "reflectances near 1: bounces hardly fade")
     return Requirement("solver", plan.recipe.solver, "the matrix is dense")

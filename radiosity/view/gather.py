@@ -109,7 +109,8 @@ def _exposures(solution, shading, camera, size, count, stop=lambda: False) -> It
     """Yield one film, exposed by one more pass each time, until all are done or ``stop()``."""
     camera = find_camera(solution.scene, camera)
     width, height = picture_size(camera, size)
-    film = Film.blank(width, height)
+    detail = shading.detail
+    film = Film.blank(width, height, detail is not None and detail.textured)
     for index in range(count):
 
         def expose(a, b, index=index):
@@ -180,6 +181,9 @@ def _add(solution, shading, camera, index, a, b, film):
         solution, shading, rows[k], points[k], -directions[k], a + k, index
     )
     film.add(a + k, index, shading.plane[rows[k]], points[k], leaving, arriving, nearness)
+    if film.diffuse is not None:
+        face, diffuse = solution.patches.face[rows[k]], shading.diffuse[rows[k]]
+        film.diffuse[a + k] += shading.detail.diffuse(face, points[k], diffuse)
 
 
 def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
@@ -227,14 +231,20 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
         Mean of 1/distance to the surroundings.
     """
     around, seed = solution.surroundings, solution.seed
-    normals = solution.patches.normal[rows]
+    normals, diffuse = solution.patches.normal[rows], shading.diffuse[rows]
+    if shading.detail is not None:
+        flat, face = normals, solution.patches.face[rows]
+        diffuse = shading.detail.diffuse(face, points, diffuse)
+        normals = shading.detail.normals(face, points, flat)
+        # Rays are lifted along the normals they are given, and have to start over the faces.
+        points = points + LIFT / around.visibility.scale * (flat - normals)
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
     indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
     arriving = indirect + direct_irradiance(
         around.visibility, around.lights, points, normals, keys, aims, seed
     )
-    leaving = shading.emission[rows] + lambert(shading.diffuse[rows]) * arriving
+    leaving = shading.emission[rows] + lambert(diffuse) * arriving
     for which, lobe in enumerate(shading.lobes):
         k = np.flatnonzero(shading.lobe[rows] == which)
         if lobe is not None and len(k):
