@@ -88,10 +88,9 @@ class Texture:
         next_x, next_y = np.moveaxis(start + span, -1, 0)
         area = 0.5 * np.sum(start[..., 0] * next_y - next_x * start[..., 1], axis=1)
         lines = np.abs(area) <= THIN * np.linalg.norm(span, axis=2).sum(axis=1) ** 2
-        found = self._integrals(start.reshape(-1, 2), span.reshape(-1, 2)).reshape(
-            len(start), 4, -1
-        )
-        mean = found.sum(axis=1) / np.where(lines, 1.0, area)[:, None]
+        found = self._integrals(start.reshape(-1, 2), span.reshape(-1, 2))
+        mean = found.reshape(len(start), 4, found.shape[1]).sum(axis=1)
+        mean = mean / np.where(lines, 1.0, area)[:, None]
         mean[lines] = self._mean_along(start[lines], span[lines])
         return np.clip(mean, self.lowest, self.highest)  # rounding
 
