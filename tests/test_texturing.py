@@ -128,6 +128,16 @@ def test_a_textured_room_conserves_its_power_and_probes():
     np.testing.assert_allclose(dark.radiosity, grey.radiosity, rtol=1e-6)  # float32 texels
 
 
+def test_light_straight_from_lamps_leaves_the_texels_it_meets():
+    """What rays meet on the fine cells of a floor lit evenly left and right."""
+    halves = Texture(np.repeat([[[0.2] * 3] * 32 + [[0.8] * 3] * 32], 64, axis=0))
+    solution = radiosity.solve(with_texture(lit_room(), 0, halves), mesh="1", order=0)
+    direct = solution.surroundings.field.direct[0, :16, 0].reshape(4, 4)  # of the floor, by rows
+    edge = 0.3 * (0.5 / 64) / 0.25 / 2  # half a texel that goes over to the mean
+    np.testing.assert_allclose(direct[:, 0] / direct[:, 3], (0.2 + edge) / (0.8 - edge), rtol=0.02)
+    np.testing.assert_allclose(direct[:, 1] / direct[:, 2], (0.2 + edge) / (0.8 - edge), rtol=0.02)
+
+
 def test_a_finer_mesh_finds_the_same_light():
     """A pattern too fine for the patches lights the room as its mean does."""
     fine = radiosity.solve(with_texture(lit_room(), 0, checkers(32, 2)), mesh="4", order=0)

@@ -127,8 +127,7 @@ class Texture:
         def along(row):
             one, two = self.texels[row, i].astype(float), self.texels[row, k]
             whole = self._sums[row, i] + s * (one + 0.5 * s * (two - one))
-            edge = np.where(beyond[:, None] > 0, two, one)
-            return whole + around[:, None] * self._sums[row, w] + beyond[:, None] * edge
+            return whole + around[:, None] * self._sums[row, w] + beyond[:, None] * one
 
         return _mix(along(j), along(m), t)
 
