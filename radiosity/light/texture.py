@@ -58,6 +58,11 @@ class Texture:
         """Return the greatest texel (bands,)."""
         return self.texels.max(axis=(0, 1)).astype(float)
 
+    @cached_property
+    def grey(self) -> bool:
+        """Whether all bands are the same."""
+        return bool(np.all(self.texels == self.texels[..., :1]))
+
     def at(self, uv: np.ndarray) -> np.ndarray:
         """Return the values (k, bands) at texture coordinates (k, 2)."""
         x, y = self._places(uv)
