@@ -13,9 +13,9 @@ PLAIN = (
 )
 
 
-def geometry_file(name):
+def geometry_file(name, uv):
     if name == "two.obj":
-        return read_obj(TWO_GROUPS, name, None)
+        return read_obj(TWO_GROUPS, name, None, uv=uv)
     if name == "bad.obj":
         raise SceneError(name, ["line 3: one", "line 7: two"])
     raise SceneError(name, ["does not exist"])

@@ -34,6 +34,7 @@ def describe(scene) -> str:
             f"{material.name:16}{int(mine.sum()):7}{area[mine].sum():12.6g}  "
             f"{_bands(material.diffuse):24}{_bands(material.emission) if material.emits else '-'}"
             + _lobe(material.specular)
+            + _detail(material)
             + ("" if material.two_sided else "  back black")
         )
     lines += _lights(scene)
@@ -75,11 +76,26 @@ def _findings(scene) -> list[str]:
             f"truth: carries its radiosity for mesh {scene.truth.mesh}, "
             f"to {scene.truth.relative_tolerance:g} relative"
         )
+    if scene.faces.corner_normals is not None:
+        curved = int(np.isfinite(scene.faces.corner_normals).all(axis=(1, 2)).sum())
+        found.append(f"normals: {curved} faces stand for a curved surface")
     return ["", *found, *(f"note: {note}" for note in scene.notes)]
 
 
 def _bands(values) -> str:
     return " ".join(f"{v:.6g}" for v in values)
+
+
+def _detail(material) -> str:
+    """Return what is said of a material's texture, whose mean was printed, and of its bumps."""
+    words = ""
+    if material.texture is not None:
+        height, width, _ = material.texture.texels.shape
+        words += f"  texture {width}x{height}, from {_bands(material.texture.lowest)} to "
+        words += _bands(material.texture.highest)
+    if material.bump is not None:
+        words += f"  bumps {material.bump.height:g} high"
+    return words
 
 
 def _lobe(lobe) -> str:

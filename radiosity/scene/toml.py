@@ -8,8 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from radiosity.light import photometry
-from radiosity.mesh.faces import Faces
-from radiosity.mesh.triangulate import triangulate
 from radiosity.scene.assemble import (
     AXES,
     DEFAULT_REFLECTANCE,
@@ -17,38 +15,43 @@ from radiosity.scene.assemble import (
     geometry_problem,
     with_materials,
 )
+from radiosity.scene.blocks import parts_of
+from radiosity.scene.checks import TextureKey, nearest, value_of
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
 from radiosity.scene.lights import Ambient, read_lights
-from radiosity.scene.model import Camera, Material, Phong, Scene, SceneError, Truth
+from radiosity.scene.model import (
+    Camera,
+    Material,
+    Phong,
+    Scene,
+    SceneError,
+    Truth,
+    uncovered,
+)
 from radiosity.scene.schema import (
     ABSORPTANCE,
-    MATRIX,
     POINT,
-    POLYGON,
     REFLECTANCE,
     ROUNDING,
-    SCALE,
     UNITS,
     CameraTable,
     EmissionTable,
-    GeometryTable,
     MaterialTable,
     SceneTable,
     TruthTable,
-    Wrong,
     at,
     checked,
     dotted,
-    nearest,
 )
 
 
 def read_toml(
     text: str,
     source: str,
-    read_geometry: Callable[[str], Geometry],
+    read_geometry: Callable[[str, bool], Geometry],
     name: str = "",
     merge: bool = True,
+    read_picture: Callable[[str], np.ndarray] | None = None,
 ) -> Scene:
     """Return the scene that a TOML text describes.
 
@@ -58,11 +61,14 @@ def read_toml(
     source : str
         The file's name, for messages and `Scene.source`.
     read_geometry : callable
-        Returns the geometry of a file named in the text; raises SceneError.
+        Returns the geometry of a file named in the text, with or without texture coordinates;
+        raises SceneError.
     name : str
         The scene's name if the text gives none.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
+    read_picture : callable, optional
+        Returns the pixels (h, w, 1 or 3) of a picture named in the text; raises SceneError.
 
     Raises
     ------
@@ -71,8 +77,15 @@ def read_toml(
     """
     raw, problems = _parsed(text, source), []
     top = checked(SceneTable, raw, (), problems)
-    parts = _parts(raw.get("geometry", []), read_geometry, merge, problems)
+    tables = raw.get("materials", {})
+    uv = any(map(_names_texture, tables.values() if isinstance(tables, dict) else ()))
+    parts = parts_of(raw.get("geometry", []), read_geometry, merge, uv, problems)
     materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
+    details = {}
+    if uv:
+        from radiosity.scene.textures import details_of  # others need none of it
+
+        details = details_of(materials, read_picture, problems)
     cameras = _tables(CameraTable, raw, "cameras", problems, _camera_problems)
     lights = read_lights(raw.get("lights", []), problems)
     truth = _truth(raw, problems)
@@ -81,6 +94,7 @@ def read_toml(
         useless = geometry_problem(geometry)
         problems += [f"geometry: {useless}"] if useless else []
         problems += _truth_name_problems(truth, materials, geometry)
+        problems += _uncovered(details, geometry)
     if problems:
         raise SceneError(source, problems)
     scene = Scene(
@@ -98,12 +112,13 @@ def read_toml(
         source=source,
         notes=geometry.notes,
     )
-    return _completed(scene, geometry, materials)
+    return _completed(scene, geometry, materials, details)
 
 
-def _completed(scene, geometry, tables):
+def _completed(scene, geometry, tables, details):
     """Return a scene with its materials, and with a camera where it has none."""
     made, notes = _materials(tables, geometry, scene.unit_m)
+    made |= {name: found.of(made[name]) for name, found in details.items()}
     faces, materials, more = with_materials(geometry, made)
     cameras = scene.cameras
     if not cameras:
@@ -126,6 +141,12 @@ def _parsed(text, source):
         raise SceneError(source, [f"a number cannot be read: {error}"]) from None
 
 
+def _names_texture(table):
+    """Whether a table, or one inside of it, names a texture."""
+    inside = table.items() if isinstance(table, dict) else ()
+    return any(key == "texture" or _names_texture(value) for key, value in inside)
+
+
 def _tables(model, raw, key, problems, cross_check):
     """Return the tables ``[key.NAME]`` that are right; what is wrong becomes problems."""
     tables = raw.get(key, {})
@@ -137,14 +158,6 @@ def _tables(model, raw, key, problems, cross_check):
     return good
 
 
-def _value(table, key, check, default=None):
-    """Return what a check makes of a key, None where it finds something wrong."""
-    try:
-        return check(table[key]) if isinstance(table, dict) and key in table else default
-    except Wrong:
-        return None
-
-
 def _material_problems(table, path):
     """Return what is wrong between the keys of a material."""
     problems = []
@@ -153,10 +166,10 @@ def _material_problems(table, path):
             f"{dotted(path)} gives both diffuse and absorptance: give one, "
             "as absorptance = 1 - diffuse"
         )
-    kept = _value(table, "absorptance", ABSORPTANCE)
-    diffuse = _value(table, "diffuse", REFLECTANCE, None if kept is None else 1 - np.array(kept))
-    gloss = _value(table.get("specular"), "reflectance", REFLECTANCE)
-    through = _value(table, "translucent", REFLECTANCE)
+    kept = value_of(table, "absorptance", ABSORPTANCE)
+    diffuse = value_of(table, "diffuse", REFLECTANCE, None if kept is None else 1 - np.array(kept))
+    gloss = value_of(table.get("specular"), "reflectance", REFLECTANCE)
+    through = value_of(table, "translucent", REFLECTANCE)
     parts = {"diffuse": diffuse, "specular.reflectance": gloss, "translucent": through}
     parts = {key: share for key, share in parts.items() if share is not None}
     total = np.sum(list(parts.values()), axis=0)
@@ -186,8 +199,8 @@ def _emission_problems(table, path):
 
 def _camera_problems(table, path):
     """Return what is wrong between the keys of a camera."""
-    position, target = _value(table, "position", POINT), _value(table, "target", POINT)
-    up = _value(table, "up", POINT)
+    position, target = value_of(table, "position", POINT), value_of(table, "target", POINT)
+    up = value_of(table, "up", POINT)
     if position is None or target is None:
         return []
     if _nothing(np.subtract(target, position), np.add(np.abs(target), np.abs(position))):
@@ -211,99 +224,6 @@ def _parallel(a, b):
     return np.linalg.norm(np.cross(a, b)) <= 1e-6 * np.linalg.norm(a) * np.linalg.norm(b)
 
 
-def _parts(blocks, read_geometry, merge, problems):
-    """Return the geometry of every ``[[geometry]]`` block, None where something is wrong.
-
-    Values are taken key by key, so that a wrong one does not hide the mistakes of the others.
-    """
-    if isinstance(blocks, list) and not blocks:
-        problems.append(
-            'geometry is missing: a scene needs at least one [[geometry]] with file = "..." '
-            "or polygons = [...]"
-        )
-    parts = []
-    for k, raw in enumerate(blocks if isinstance(blocks, list) else []):
-        path, before = ("geometry", k), len(problems)
-        checked(GeometryTable, raw, path, problems)
-        raw = raw if isinstance(raw, dict) else {}
-        problems += _source_problems(raw, path)
-        matrix = _placement(raw, path, problems)
-        part = _part(raw, path, read_geometry, merge, problems)
-        parts.append(part.placed(matrix) if len(problems) == before else None)
-    return parts
-
-
-def _source_problems(raw, path):
-    """Return what is wrong between the keys of a geometry block."""
-    found = [key for key in ("file", "polygons") if key in raw]
-    if len(found) != 1:
-        gives = " and ".join(found) or "neither file nor polygons"
-        yield f'{dotted(path)} gives {gives}: give either file = "..." or polygons = [...]'
-    others = [key for key in ("translate", "rotate", "scale") if key in raw]
-    if "transform" in raw and others:
-        yield f"{dotted(path)} gives transform and {' and '.join(others)}: give one or the other"
-
-
-def _placement(raw, path, problems):
-    """Return the matrix (4, 4) of a block: scale, then rotate about x, y, z, then translate."""
-    key = "transform" if "transform" in raw else "scale"
-    matrix = np.array(_value(raw, "transform", MATRIX) or np.eye(4))
-    if not np.array_equal(matrix[3], [0, 0, 0, 1]):
-        text = "must be [0, 0, 0, 1]: the last row of a transform that keeps planes planar"
-        problems.append(at((*path, key, 3), matrix[3].tolist(), text))
-    if key == "scale":
-        matrix[:3, :3] = np.diag(_value(raw, "scale", SCALE) or (1.0, 1.0, 1.0))
-        for axis, degrees in enumerate(_value(raw, "rotate", POINT) or (0, 0, 0)):
-            matrix = _rotation(axis, degrees) @ matrix
-        matrix[:3, 3] = _value(raw, "translate", POINT) or (0, 0, 0)
-    stretch = np.linalg.svd(matrix[:3, :3], compute_uv=False)
-    if not stretch[2] > 1e-12 * stretch[0]:
-        problems.append(at((*path, key), raw[key], "must not flatten the geometry to a plane"))
-    return matrix
-
-
-def _rotation(axis, degrees):
-    """Return the matrix (4, 4) that turns counter-clockwise seen from the tip of an axis."""
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    matrix = np.eye(4)
-    matrix[i, i], matrix[i, j], matrix[j, i], matrix[j, j] = c, -s, s, c
-    return matrix
-
-
-def _part(raw, path, read_geometry, merge, problems):
-    """Return the geometry of a block as its file or its polygons give it."""
-    file, material = raw.get("file"), raw.get("material")
-    if isinstance(raw.get("polygons"), list):
-        return _inline(raw["polygons"], material or DEFAULT, path, merge, problems)
-    if not isinstance(file, str):
-        return None
-    try:
-        part = read_geometry(file)
-    except SceneError as error:
-        problems += [at((*path, "file"), file, p) for p in error.problems]
-        return None
-    return part.of_material(material) if material else part
-
-
-def _inline(polygons, name, path, merge, problems):
-    """Return inline polygons; one group a block, named after its material."""
-    pieces = []
-    for k, raw in enumerate(polygons):
-        polygon = _value({"polygon": raw}, "polygon", POLYGON)
-        if polygon is None:  # the schema has said why
-            continue
-        try:
-            pieces.append(triangulate(np.array(polygon).reshape(-1, 3)))
-        except ValueError as error:
-            problems.append(f"{dotted((*path, 'polygons', k))} {error}")
-    if not polygons:
-        problems.append(f"{dotted((*path, 'polygons'))} is empty: list at least one polygon")
-    if not pieces:
-        return None
-    return Geometry(Faces.from_polygons(np.concatenate(pieces), 0, 0, merge), (name,), (name,))
-
-
 def _truth(raw, problems):
     if not isinstance(raw.get("truth"), dict):
         return None
@@ -320,6 +240,14 @@ def _truth_name_problems(truth, materials, geometry):
         if name and name not in known:
             path = dotted(("truth", "radiosity", name))
             yield f"{path} is neither a material nor a group: {nearest(name, known)}"
+
+
+def _uncovered(details, geometry):
+    """Return which materials have textures that some of their faces cannot place."""
+    for name in details:
+        if name in geometry.material_names:
+            mine = geometry.faces.material == geometry.material_names.index(name)
+            yield from uncovered(f"materials.{name}", geometry.faces, mine)
 
 
 def _materials(tables, geometry, unit_m):
@@ -341,6 +269,8 @@ def _materials(tables, geometry, unit_m):
 
 def _diffuse(name, table):
     """Return reflectance and absorptance (3,), and a note where neither is given."""
+    if isinstance(table.diffuse, TextureKey):
+        return np.zeros(3), np.ones(3), None  # the texture tells
     if table.absorptance is not None:
         absorptance = np.array(table.absorptance)
         return 1 - absorptance, absorptance, None

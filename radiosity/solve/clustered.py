@@ -21,7 +21,7 @@ from radiosity.solve.methods import solve_bands
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
-from radiosity.solve.system import Terms, lights_of, make_terms
+from radiosity.solve.system import Terms, lights_of, make_terms, side_reflectance, translucent
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.closure import repaired
 from radiosity.transport.counting import count_rays, counted_factors
@@ -146,7 +146,7 @@ def solve_clusters(
     """Solve a mesh of many patches by so many clusters; see `solve_level` for what it raises."""
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     terms, lights = make_terms(scene, patches, reach.live), lights_of(scene, MOST_LIGHTS)
-    labels = make_clusters(patches, rows, _kinds(terms, rows), clusters)
+    labels = make_clusters(patches, rows, _kinds(scene, patches, rows), clusters)
     straight = _straight(reach, rows, replace(lights, lamps=()), recipe.seed, progress)
     lamplight = _lamplight(reach, rows, lights)
     n = labels.max(initial=-1) + 1
@@ -165,7 +165,7 @@ def solve_clusters(
 def coarser(level: Clustered, clusters: int) -> Clustered:
     """Return the same with fewer clusters and half of the rays that counted their factors."""
     patches, rows = level.reach.patches, level.rows
-    labels = make_clusters(patches, rows, _kinds(level.terms, rows), clusters)
+    labels = make_clusters(patches, rows, _kinds(level.scene, patches, rows), clusters)
     n = level.labels.max(initial=-1) + 1
     above = np.zeros(n, int)  # a cluster goes where its first patch goes
     above[level.labels[::-1]] = labels[::-1]
@@ -175,11 +175,11 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     return solved(*parts, above[level.labels], factors, level.straight, level.lamplight)
 
 
-def _kinds(terms, rows):
-    """Return (m,) int: numbers of what patches reflect and let through."""
-    laws = terms.reflectance[rows]
-    if terms.transmittance is not None:
-        laws = np.hstack([laws, terms.transmittance[rows]])
+def _kinds(scene, patches, rows):
+    """Return (m,) int: what patches reflect and let through, of textures the means over all."""
+    side, material = np.where(patches.front, 0, 1), scene.faces.material[patches.face]
+    rho = side_reflectance(scene)[side[rows], material[rows]]
+    laws = np.hstack([rho, translucent(scene)[material[rows]]])
     return np.unique(laws, axis=0, return_inverse=True)[1].ravel()
 
 
