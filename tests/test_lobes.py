@@ -14,7 +14,7 @@ from radiosity.light.facet_albedo import facet_albedo
 from radiosity.light.facets import Beckmann, CosinePower, Gaussian, TrowbridgeReitz
 from radiosity.light.frames import frame, polar, to_local, to_scene
 from radiosity.light.metals import metal_bands
-from radiosity.light.reflection import Phong
+from radiosity.light.phong import Phong
 from radiosity.light.seed_forms import SeedForm
 from radiosity.light.shadowing import smith, v_groove
 from radiosity.light.torrance_sparrow import TorranceSparrow

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from radiosity.analytic import load_cases
-from radiosity.light.reflection import lambert, phong, phong_albedo
+from radiosity.light.phong import phong, phong_albedo
+from radiosity.light.reflection import lambert
 
 Z = np.array([0.0, 0.0, 1.0])
 

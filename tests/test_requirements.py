@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scenes_for_tests import SQUARE, block, box, scene, uv_sphere
 
+from radiosity.light.phong import Phong
 from radiosity.mesh.faces import Faces
-from radiosity.scene.model import Phong, Scene
+from radiosity.scene.model import Scene
 from radiosity.solve.plan import MOST_LINEAR, make_plan
 from radiosity.solve.requirements import _ahead, _rounds_of_clusters, foresee
 from radiosity.solve.solve import solve

@@ -33,7 +33,7 @@ def describe(scene) -> str:
         lines.append(
             f"{material.name:16}{int(mine.sum()):7}{area[mine].sum():12.6g}  "
             f"{_bands(material.diffuse):24}{_bands(material.emission) if material.emits else '-'}"
-            + _lobe(material.specular)
+            + _optics(material)
             + ("" if material.two_sided else "  back black")
         )
     lines += ["", f"{'camera':16}{'position':26}{'target':26}{'fov':>8}  size"]
@@ -69,7 +69,6 @@ def _bands(values) -> str:
     return " ".join(f"{v:.6g}" for v in values)
 
 
-def _lobe(lobe) -> str:
-    if lobe is None:
-        return ""
-    return f"  Phong, reflectance {_bands(lobe.reflectance)}, exponent {lobe.exponent:g}"
+def _optics(material) -> str:
+    named = {"": material.specular, "mirror ": material.mirror, "transmits ": material.transmit}
+    return "".join(f"  {name}{part.summary}" for name, part in named.items() if part is not None)

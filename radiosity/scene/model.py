@@ -28,14 +28,6 @@ class SceneError(ValueError):
 
 
 @dataclass(frozen=True)
-class Phong:
-    """Energy-normalised Phong lobe, f = reflectance (n + 2)/(2 pi) cos^n(angle to mirror)."""
-
-    reflectance: np.ndarray  # (3,)
-    exponent: float
-
-
-@dataclass(frozen=True)
 class Material:
     """What a surface does to light, per linear sRGB band.
 
@@ -47,7 +39,10 @@ class Material:
         1 - diffuse, given directly where the reflectance is near 1.
     emission : (3,) float64
         Radiance in W/(m2 sr), from the front only.
-    specular : Phong or None
+    specular : object or None
+        A lobe, see `radiosity.light.reflection`.
+    mirror, transmit : object or None
+        Laws k_r and k_t of what is mirrored and goes through, see `radiosity.light.coherent`.
 
     Examples
     --------
@@ -60,13 +55,21 @@ class Material:
     diffuse: np.ndarray
     absorptance: np.ndarray
     emission: np.ndarray
-    specular: Phong | None = None
+    specular: object | None = None
     two_sided: bool = True
+    mirror: object | None = None
+    transmit: object | None = None
 
     @property
     def emits(self) -> bool:
         """Whether the front sends out light of its own."""
         return bool(np.any(self.emission > 0))
+
+    @property
+    def coats(self) -> tuple:
+        """Lobe and mirror that lie on the diffuse base as a clear film, which dims it."""
+        upon = self.specular, self.mirror
+        return tuple(part for part in upon if getattr(part, "dielectric", False))
 
 
 @dataclass(frozen=True)
@@ -145,9 +148,20 @@ class Scene:
             problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)
             problems += _outside(f"{where}.absorptance", m.absorptance, 1.0, "a share of the light")
             problems += _outside(f"{where}.emission", m.emission, np.inf, "radiance in W/(m2 sr)")
+            problems += _too_bright(m)
         problems += _outside("ambient", self.ambient, np.inf, "radiance in W/(m2 sr)")
         if problems:
             raise SceneError(self.source or self.name, problems)
+
+
+def _too_bright(material) -> list[str]:
+    """Return what is wrong where a material returns more light than arrives."""
+    if material.specular is None and material.mirror is None and material.transmit is None:
+        return []
+    from radiosity.scene.energy import excess
+
+    found = excess(material.diffuse, material.specular, material.mirror, material.transmit)
+    return [f"materials.{material.name}: {found}"] if found else []
 
 
 def _outside(where, values, most, why) -> list[str]:

@@ -17,7 +17,6 @@ from radiosity.scene.geometry import LONGEST
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 LARGEST_PICTURE = 16384
-ROUNDING = 1e-9  # by which reflectances may add up to more than 1, as decimals are not exact
 RECEIVES = "a surface cannot reflect more than it receives"
 
 
@@ -140,8 +139,26 @@ def _truth_radiosity(value) -> dict:
     return Table(bands)(value) if isinstance(value, dict) else {"": bands(value)}
 
 
+def _coherent(value) -> tuple | str:
+    """Return a share of light by band, or "fresnel"."""
+    if value == "fresnel":
+        return value
+    if isinstance(value, str):
+        raise Wrong(((), value, 'must be a number, [r, g, b] or "fresnel"'))
+    return REFLECTANCE(value)
+
+
+def _metal(value) -> str:
+    from radiosity.light.metals import metal_names
+
+    if value not in metal_names():
+        raise Wrong(((), value, f"must be one of {', '.join(metal_names())}"))
+    return value
+
+
 REFLECTANCE = Bands(Number(0, 1, RECEIVES))
 ABSORPTANCE = Bands(Number(0, 1, "it is 1 - reflectance"))
+INDEX = Bands(Number(1, why="vacuum has 1, water 1.33, glass 1.5"))
 POWER = Number(0, why="light cannot be taken away")
 LENGTH = Number(-LONGEST, LONGEST, "powers of longer lengths cannot be computed")
 POINT = Sequence(LENGTH, 3, "three numbers [x, y, z]")
@@ -160,13 +177,20 @@ class _Strict(BaseModel):
 
 
 class SpecularTable(_Strict):
-    """The key ``specular`` of a material."""
+    """The key ``specular`` of a material; `radiosity.scene.optics` knows which model has which."""
 
-    model: Literal["phong"] = Field(description='the only model is "phong"')
-    reflectance: _taken_by(REFLECTANCE) = Field(description="a number or [r, g, b] in [0, 1]")
-    exponent: _taken_by(Number(0, why="the lobe is cos^exponent")) = Field(
-        description="0 is as wide as diffuse reflection, 1000 nearly a mirror"
+    model: Literal["phong", "blinn", "torrance-sparrow"] = Field(
+        description='one of "phong", "blinn" and "torrance-sparrow"'
     )
+    reflectance: _taken_by(REFLECTANCE) = None
+    exponent: _taken_by(Number(0, why="the lobe is cos^exponent")) = None
+    facets: Literal["gaussian", "beckmann", "trowbridge-reitz"] = "trowbridge-reitz"
+    roughness: _taken_by(Number(1e-4, 1, "from a mirror, which the key mirror gives, to 1")) = None
+    half_angle: _taken_by(Number(0, 90, "in degrees", inclusive=False)) = None
+    shadowing: Literal["v-groove", "smith"] = "v-groove"
+    ior: _taken_by(INDEX) = None
+    metal: _taken_by(_metal) = None
+    convention: Literal["normalised", "seed"] = "normalised"
 
 
 class EmissionTable(_Strict):
@@ -186,6 +210,10 @@ class MaterialTable(_Strict):
     absorptance: _taken_by(ABSORPTANCE) = None
     two_sided: bool = True
     specular: SpecularTable | None = None
+    mirror: _taken_by(_coherent) = None
+    transmit: _taken_by(_coherent) = None
+    ior: _taken_by(INDEX) = None
+    metal: _taken_by(_metal) = None
     emission: EmissionTable | None = None
 
 

@@ -18,14 +18,11 @@ from radiosity.scene.assemble import (
     with_materials,
 )
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
-from radiosity.scene.model import Camera, Material, Phong, Scene, SceneError, Truth
+from radiosity.scene.model import Camera, Material, Scene, SceneError, Truth
 from radiosity.scene.schema import (
-    ABSORPTANCE,
     MATRIX,
     POINT,
     POLYGON,
-    REFLECTANCE,
-    ROUNDING,
     SCALE,
     UNITS,
     CameraTable,
@@ -40,6 +37,8 @@ from radiosity.scene.schema import (
     dotted,
     nearest,
 )
+
+OPTICAL = ("specular", "mirror", "transmit", "ior", "metal")
 
 
 def read_toml(
@@ -149,18 +148,10 @@ def _material_problems(table, path):
             f"{dotted(path)} gives both diffuse and absorptance: give one, "
             "as absorptance = 1 - diffuse"
         )
-    kept = _value(table, "absorptance", ABSORPTANCE)
-    diffuse = _value(table, "diffuse", REFLECTANCE, None if kept is None else 1 - np.array(kept))
-    gloss = _value(table.get("specular"), "reflectance", REFLECTANCE)
-    if diffuse is not None and gloss is not None:
-        total = np.add(diffuse, gloss)
-        if total.max() > 1 + ROUNDING:
-            band = "rgb"[int(np.argmax(total))]
-            problems.append(
-                f"{dotted(path)}: diffuse + specular.reflectance = {total.max():.6g} in band "
-                f"{band} must be at most 1: a surface cannot reflect more than it receives; "
-                "lower one of them"
-            )
+    if any(key in table for key in OPTICAL):
+        from radiosity.scene.optics import optics_problems
+
+        problems += optics_problems(table, path)
     return problems + _emission_problems(table.get("emission"), (*path, "emission"))
 
 
@@ -322,10 +313,21 @@ def _materials(tables, geometry, unit_m):
         diffuse, absorptance, note = _diffuse(name, table)
         notes += [note] if note else []
         emission = _radiance(table.emission, float(areas[faces].sum()))
-        gloss = table.specular
-        phong = gloss and Phong(np.array(gloss.reflectance), gloss.exponent)
-        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided)
+        lobe, mirror, transmit, said = _optics(name, table)
+        notes += said
+        made[name] = Material(name, diffuse, absorptance, emission, lobe, table.two_sided,
+                              mirror, transmit)  # fmt: skip
     return made, notes
+
+
+def _optics(name, table):
+    """Return lobe, mirror and transmission of a material, and notes."""
+    if not any(getattr(table, key) for key in OPTICAL):
+        return None, None, None, []
+    from radiosity.scene.optics import notes_of, optics_of
+
+    lobe, mirror, transmit = optics_of(table)
+    return lobe, mirror, transmit, notes_of(name, mirror, transmit)
 
 
 def _diffuse(name, table):
@@ -335,7 +337,8 @@ def _diffuse(name, table):
         return 1 - absorptance, absorptance, None
     if table.diffuse is not None:
         return np.array(table.diffuse), 1 - np.array(table.diffuse), None
-    value = 0.0 if table.specular else DEFAULT_REFLECTANCE
+    shines = table.specular or table.mirror or table.transmit
+    value = 0.0 if shines else DEFAULT_REFLECTANCE
     diffuse = np.full(3, value)
     return diffuse, 1 - diffuse, f'material "{name}" gives no diffuse: {value:g} is taken'
 

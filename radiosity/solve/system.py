@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radiosity.light.reflection import phong_albedo
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Material, Scene
 from radiosity.transport.irradiance import AreaLights
@@ -24,20 +23,17 @@ class Terms:
 def reflectance_of(material: Material) -> np.ndarray:
     """Return the (3,) share of diffuse light that a material sends back.
 
-    A specular lobe counts with its albedo under diffuse light, spread evenly.
+    What lobes and mirrors return counts with their albedo a under diffuse light, spread evenly:
+    rho + a, or a + rho (1 - a) of a base under a clear coat. What goes through is lost.
     """
     rho = material.diffuse
-    if material.specular is not None:
-        lobe = material.specular
-        rho = rho + lobe.reflectance * _mean_albedo(lobe.exponent)
+    for part in (material.specular, material.mirror):
+        if part is not None and part not in material.coats:
+            rho = rho + part.mean_albedo
+    if material.coats:
+        upon = sum(coat.mean_albedo for coat in material.coats)
+        rho = upon + rho * (1.0 - upon)
     return rho
-
-
-def _mean_albedo(exponent: float) -> float:
-    """Return the albedo of a unit Phong lobe under diffuse light, 2 int a(c) c dc."""
-    x, w = np.polynomial.legendre.leggauss(32)
-    cosine = (x + 1) / 2
-    return float(w @ (phong_albedo(exponent, cosine) * cosine))
 
 
 def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:

@@ -21,7 +21,6 @@ from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT
 from radiosity.view.camera import rays
 from radiosity.view.film import Film
-from radiosity.view.gloss import glossy_radiance
 from radiosity.view.image import Image
 from radiosity.view.shading import Shading, auto_exposure, make_shading
 from radiosity.view.smoothing import MIXED
@@ -215,14 +214,16 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
 def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, index: int):
     """Return what leaves points of patches towards the viewer.
 
-    L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point.
+    L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point; of a base
+    under a clear coat, diffuse (1 - a(theta_o)) E/pi.
 
     Returns
     -------
     leaving : (k, 3) float64
         L in W/(m2 sr).
     indirect : (k, 3) float64
-        The part of E in W/m2 that does not come straight from area lights.
+        The part of E in W/m2 that does not come straight from area lights, as far as a coat lets
+        its light out.
     nearness : (k,) float64
         Mean of 1/distance to the surroundings.
     """
@@ -234,11 +235,22 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     arriving = indirect + direct_irradiance(
         around.visibility, around.lights, points, normals, keys, aims, seed
     )
-    leaving = shading.emission[rows] + lambert(shading.diffuse[rows]) * arriving
-    for which, lobe in enumerate(shading.lobes):
-        k = np.flatnonzero(shading.lobe[rows] == which)
-        if lobe is not None and len(k):
-            leaving[k] += glossy_radiance(
-                around, lobe, points[k], normals[k], to_view[k], keys[k], aims, seed
-            )
+    glossy = np.zeros_like(arriving)
+    for which, k in _of_lobes(shading, rows):
+        from radiosity.view.gloss import dimming, glossy_radiance
+
+        if shading.coats[which]:
+            out = dimming(shading.coats[which], normals[k], to_view[k])
+            indirect[k], arriving[k] = indirect[k] * out, arriving[k] * out
+        glossy[k] = glossy_radiance(
+            around, shading.lobes[which], points[k], normals[k], to_view[k], keys[k], aims, seed
+        )
+    leaving = shading.emission[rows] + lambert(shading.diffuse[rows]) * arriving + glossy
     return leaving, indirect, nearness
+
+
+def _of_lobes(shading, rows):
+    """Yield each lobe's number and which of the points lie on patches that have it."""
+    which = shading.lobe[rows]
+    for lobe in np.unique(which[which >= 0]):
+        yield lobe, np.flatnonzero(which == lobe)
