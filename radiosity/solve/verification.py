@@ -10,6 +10,7 @@ from radiosity.scene.model import Material, Scene
 from radiosity.solve.cases import BOX, Check, elements, extremes, obstructed, polygons, timed
 from radiosity.solve.curved import curved, sphere
 from radiosity.solve.limits import limits
+from radiosity.solve.reflecting import reflection
 from radiosity.solve.solve import solve
 
 ROOM, COARSE = 1e-6, 2e-3  # bounds of relative errors: of the solver's tolerance, of a coarse mesh
@@ -49,7 +50,7 @@ def rooms() -> Iterator[Check]:
 
 SUITES = {
     "elements": elements, "polygons": polygons, "extremes": extremes, "obstructed": obstructed,
-    "curved": curved, "rooms": rooms, "limits": limits,
+    "curved": curved, "rooms": rooms, "limits": limits, "reflection": reflection,
 }  # fmt: skip
 
 

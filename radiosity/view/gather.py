@@ -215,7 +215,7 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     """Return what leaves points of patches towards the viewer.
 
     L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point; of a base
-    under a clear coat, diffuse (1 - a(theta_o)) E/pi.
+    under a clear coat, diffuse (1 - a(theta_o)) E/pi with E as it enters (L14).
 
     Returns
     -------
@@ -232,19 +232,22 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
     indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
-    arriving = indirect + direct_irradiance(
+    direct = direct_irradiance(
         around.visibility, around.lights, points, normals, keys, aims, seed
     )
-    glossy = np.zeros_like(arriving)
+    glossy = np.zeros_like(direct)
     for which, k in _of_lobes(shading, rows):
-        from radiosity.view.gloss import dimming, glossy_radiance
+        from radiosity.view.gloss import dimming, entering, glossy_radiance
 
-        if shading.coats[which]:
-            out = dimming(shading.coats[which], normals[k], to_view[k])
-            indirect[k], arriving[k] = indirect[k] * out, arriving[k] * out
+        here, coats = (points[k], normals[k]), shading.coats[which]
+        if coats:
+            out = dimming(coats, normals[k], to_view[k])
+            indirect[k] *= out
+            direct[k] = out * entering(around, coats, *here, keys[k], aims, seed)
         glossy[k] = glossy_radiance(
-            around, shading.lobes[which], points[k], normals[k], to_view[k], keys[k], aims, seed
+            around, shading.lobes[which], *here, to_view[k], keys[k], aims, seed
         )
+    arriving = indirect + direct
     leaving = shading.emission[rows] + lambert(shading.diffuse[rows]) * arriving + glossy
     return leaving, indirect, nearness
 

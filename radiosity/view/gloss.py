@@ -5,7 +5,12 @@ from numba import njit
 
 from radiosity.light.frames import frame, to_local, to_scene
 from radiosity.transport.hemisphere import meet
-from radiosity.transport.irradiance import Surroundings, carried
+from radiosity.transport.irradiance import (
+    AreaLights,
+    Surroundings,
+    carried,
+    direct_irradiance,
+)
 from radiosity.transport.sampling import hashed, sobol
 from radiosity.transport.visibility import LIFT
 
@@ -52,11 +57,32 @@ def dimming(coats: tuple, normals, to_view):
     """Return (k, bands) share 1 - a(theta_o) of a base's light that its coats let out to a viewer.
 
     Of light from everywhere they let 1 - a_mean in, which the equation of coated bases divides by
-    again (`coat.coated_diffuse`), so the base's irradiance is taken as it is; exact where light
-    comes evenly from everywhere.
+    again (`coat.coated_diffuse`): for that light it is all that is needed.
     """
-    cosine = np.clip(np.einsum("pc,pc->p", normals, to_view), 0.0, 1.0)
-    return 1.0 - sum(coat.albedo(cosine) for coat in coats)
+    return 1.0 - _albedo(coats, np.einsum("pc,pc->p", normals, to_view))
+
+
+def entering(around, coats: tuple, points, normals, keys, samples: range, seed: int):
+    """Return (k, bands) irradiance by area lights in W/m2 as a base under coats receives it.
+
+    Of each light (1 - a(theta_i))/(1 - a_mean), the mean over points on it, weighted by what they
+    would send without obstacles.
+    """
+    total = np.zeros((len(points), 3))
+    mean = sum(coat.mean_albedo for coat in coats)
+    for k in range(len(around.lights.polygons)):
+        one = AreaLights(*(v[k : k + 1] for v in vars(around.lights).values()))
+        direct = direct_irradiance(around.visibility, one, points, normals, keys, samples, seed)
+        _, to_light, weight = _from_light(around, k, points, normals, keys, samples, seed)
+        let_in = 1.0 - _albedo(coats, np.einsum("pkc,pc->pk", to_light, normals))
+        whole = weight.sum(axis=1)
+        share = np.einsum("pk,pkb->pb", weight, let_in) / np.where(whole > 0, whole, 1.0)[:, None]
+        total += direct * np.where(whole[:, None] > 0, share / (1.0 - mean), 1.0)
+    return total
+
+
+def _albedo(coats, cosine):
+    return sum(coat.albedo(np.clip(cosine, 0.0, 1.0)) for coat in coats)
 
 
 def highlight(around, lobe, light, points, normals, frames, view, keys, samples, seed):
@@ -64,19 +90,25 @@ def highlight(around, lobe, light, points, normals, frames, view, keys, samples,
 
     Mean over points of f(L, V) L_e cos(theta) cos(theta_l) A / r^2, where visible.
     """
+    there, to_light, weight = _from_light(around, light, points, normals, keys, samples, seed)
+    value = lobe.value(to_local(frames, to_light), view)
+    facing = around.lights.normals[light]
+    weight *= ~_blocked(around, points, normals, there, facing, (weight > 0) & value.any(axis=2))
+    return (value * weight[..., None]).mean(axis=1) * around.lights.exitance[light] / np.pi
+
+
+def _from_light(around, light, points, normals, keys, samples, seed):
+    """Return points on a light (k, n, 3), the directions to them and cos cos' A / r^2 (k, n)."""
     polygon, facing = around.lights.polygons[light], around.lights.normals[light]
-    u = _squares(keys, 1000 + light, samples, seed)
-    there, stretch = _on_polygon(polygon, u)
+    there, stretch = _on_polygon(polygon, _squares(keys, 1000 + light, samples, seed))
     d = there - points[:, None]
     r2 = np.einsum("pkc,pkc->pk", d, d)
     to_light = d / np.sqrt(r2)[..., None]
     cosine = np.einsum("pkc,pc->pk", to_light, normals)
     cosine_light = -(to_light @ facing)
     useful = (cosine > 0) & (cosine_light > 0)
-    value = lobe.value(to_local(frames, to_light), view)
     weight = np.where(useful, cosine * cosine_light * stretch / np.maximum(r2, 1e-300), 0.0)
-    weight *= ~_blocked(around, points, normals, there, facing, useful & value.any(axis=2))
-    return (value * weight[..., None]).mean(axis=1) * around.lights.exitance[light] / np.pi
+    return there, to_light, weight
 
 
 def reflected_surroundings(around, lobe, points, normals, frames, view, keys, samples, seed):
