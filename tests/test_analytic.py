@@ -148,7 +148,7 @@ def test_box_closes_and_balances():
 
 
 def test_cases_carry_what_readers_need():
-    for name in ("vf_polygon_pairs", "vf_element_polygon", "radiosity", "reflection_phong"):
+    for name in ("vf_polygon_pairs", "vf_element_polygon", "radiosity", "reflection"):
         for case in load_cases(name):
             assert {"id", "source", "quantity", "geometry", "value", "digits"} <= case.keys()
     assert len(load_cases("vf_polygon_pairs")) == 35 and len(load_cases("radiosity")) == 25

@@ -8,9 +8,9 @@ import pytest
 
 import radiosity
 from radiosity.analytic import point_to_parallel_rectangle
-from radiosity.light.reflection import phong_albedo
+from radiosity.light.phong import Phong, phong_albedo
 from radiosity.mesh.faces import Faces
-from radiosity.scene.model import Camera, Material, Phong, Scene
+from radiosity.scene.model import Camera, Material, Scene
 from radiosity.view.gather import LIGHT_RAYS, passes, radiance, render
 from radiosity.view.shading import make_shading
 from radiosity.view.smoothing import MIXED, smoothed

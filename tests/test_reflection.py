@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from radiosity.analytic import load_cases
-from radiosity.light.reflection import lambert, phong, phong_albedo
+from radiosity.light.phong import phong, phong_albedo
+from radiosity.light.reflection import lambert
 
 Z = np.array([0.0, 0.0, 1.0])
 
@@ -83,7 +84,10 @@ def test_phong_bands_and_exponents_differ_by_point():
         assert together[i] == pytest.approx(alone, rel=1e-13)
 
 
-@pytest.mark.parametrize("case", load_cases("reflection_phong"), ids=lambda c: c["id"])
+PHONG = [c for c in load_cases("reflection") if c["geometry"]["type"] == "phong_albedo"]
+
+
+@pytest.mark.parametrize("case", PHONG, ids=lambda c: c["id"])
 def test_phong_albedo_is_the_tabulated_one(case):
     n, angles = case["geometry"]["n"], np.radians(case["geometry"]["angles"])
     expected = np.array(case["value"]) * (n + 2) / (2 * np.pi)

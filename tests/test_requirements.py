@@ -8,9 +8,10 @@ import pytest
 from scenes_for_tests import SQUARE, block, box, scene, uv_sphere
 
 from radiosity.light.bump import Bump
+from radiosity.light.phong import Phong
 from radiosity.light.texture import Texture
 from radiosity.mesh.faces import Faces
-from radiosity.scene.model import Phong, Scene
+from radiosity.scene.model import Scene
 from radiosity.solve.plan import MOST_LINEAR, make_plan
 from radiosity.solve.requirements import _ahead, _rounds_of_clusters, foresee
 from radiosity.solve.solve import solve

@@ -123,7 +123,7 @@ def test_a_texel_that_reflects_too_much_is_refused_with_its_place(folder):
     assert found == ['materials.m.diffuse.texture = "b.npy" row 0, column 1 must be finite']
     gloss = 'specular = { model = "phong", reflectance = 0.5, exponent = 9 }\n'
     found = problems(folder, gloss + 'diffuse = { texture = "a.png" }')
-    assert "row 0, column 1: 1 + specular.reflectance 0.5 in band r must lie" in found[0]
+    assert "where it is brightest diffuse + specular = 1.5 at 0 degrees in band r" in found[0]
 
 
 @pytest.mark.parametrize(

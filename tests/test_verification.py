@@ -11,6 +11,7 @@ from radiosity.solve.verification import run_suites
 FILES = {
     "elements": "vf_element_polygon", "polygons": "vf_polygon_pairs", "extremes": "extremes",
     "obstructed": "vf_obstructed", "curved": "vf_curved", "cie171": "cie171",
+    "reflection": "reflection",
 }  # fmt: skip
 ELSEWHERE = "furnace", "glass_poly", "slab"  # among the rooms, and the laws of glass
 
@@ -64,6 +65,22 @@ def test_a_wrong_order_is_seen(monkeypatch):
         {"id": "flat", "value": 1.0, "geometry": {"type": "coaxial_disks"}}])  # fmt: skip
     fine, order = run_suites(["curved"])
     assert fine.passed and order.found == pytest.approx(1.0) and not order.passed
+
+
+def test_reflection_is_right_to_its_digits():
+    checks = list(run_suites(["reflection"]))
+    assert len(checks) > 30 and all(c.passed for c in checks)
+
+
+def test_fresnel_at_the_wrong_angle_is_seen(monkeypatch):
+    """A facet reflects at L.H: F at normal incidence, and the prefactor left out, are caught."""
+    from radiosity.light.torrance_sparrow import TorranceSparrow
+
+    right = TorranceSparrow.fresnel
+    monkeypatch.setattr(TorranceSparrow, "fresnel", lambda m, c: right(m, np.ones_like(c)))
+    found = {c.case: c.passed for c in run_suites(["reflection"])}
+    assert not found["blinn_torrance_sparrow_p 70/75"]
+    assert found["blinn_torrance_sparrow_p 80/85"]  # F = 1
 
 
 def test_the_worst_value_is_told():

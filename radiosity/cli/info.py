@@ -33,7 +33,7 @@ def describe(scene) -> str:
         lines.append(
             f"{material.name:16}{int(mine.sum()):7}{area[mine].sum():12.6g}  "
             f"{_bands(material.diffuse):24}{_bands(material.emission) if material.emits else '-'}"
-            + _lobe(material.specular)
+            + _optics(material)
             + _detail(material)
             + ("" if material.two_sided else "  back black")
         )
@@ -98,7 +98,9 @@ def _detail(material) -> str:
     return words
 
 
-def _lobe(lobe) -> str:
-    if lobe is None:
-        return ""
-    return f"  Phong, reflectance {_bands(lobe.reflectance)}, exponent {lobe.exponent:g}"
+def _optics(material) -> str:
+    named = {"": material.specular, "mirror ": material.mirror, "transmits ": material.transmit}
+    words = "".join(f"  {name}{part.summary}" for name, part in named.items() if part is not None)
+    if material.translucent is not None:
+        words += f"  translucent {_bands(material.translucent)}"
+    return words

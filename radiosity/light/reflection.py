@@ -2,12 +2,21 @@
 
 A model is f, the radiance that leaves per irradiance that arrives, in 1/sr. Directions are unit
 vectors that point away from the surface: ``to_light`` to the source, ``to_view`` to the eye.
+
+Every lobe that a material holds (`phong.Phong`, `blinn.Blinn`, `torrance_sparrow.TorranceSparrow`)
+is a frozen object that works in the surface's frame, z along the normal, on arrays of any leading
+shape against which its exponent or roughness, if an array, broadcasts:
+
+- ``value(to_light, to_view)``: f in 1/sr, (..., bands); 0 where either lies below the horizon
+- ``albedo(cosine)``: share of the light from one direction that leaves in all, (..., bands)
+- ``mean_albedo``: share of diffuse light that leaves, 2 int a(c) c dc, (bands,)
+- ``sample(to_view, u)``: directions (..., 3) for squares u (..., 2) in [0, 1), some of them below
+  the horizon, with ``density(to_view, directions)`` per steradian
+- ``reciprocal``: whether f stays when light and view change places
+- ``summary``: the model in words
 """
 
 import numpy as np
-
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
-_LOBE_TAIL = 6.4  # cos^n z <= exp(-n z^2/2) is below 1.3e-9 beyond z = 6.4/sqrt(n)
 
 
 def lambert(reflectance):
@@ -23,88 +32,27 @@ def lambert(reflectance):
     return np.asarray(reflectance, dtype=np.float64) / np.pi
 
 
-def phong(reflectance, exponent, normal, to_light, to_view):
-    """Return the energy-normalised Phong lobe, in 1/sr.
-
-    f = rho (n + 2)/(2 pi) cos^n(alpha), alpha between the view and R = 2 (N.L) N - L, the mirror
-    direction of the light; 0 where N.L <= 0, N.V <= 0 or cos(alpha) <= 0. Reciprocal, because
-    R.V = 2 (N.L)(N.V) - L.V. Lafortune & Willems (1994), "Using the modified Phong reflectance
-    model for physically based rendering"; Lewis (1994).
-
-    Parameters
-    ----------
-    reflectance : float, (bands,) or (k, bands)
-        rho, the directional albedo at normal incidence.
-    exponent : float or (k,)
-        n >= 0.
-    normal, to_light, to_view : (k, 3) or (3,)
-        Unit vectors.
-
-    Returns
-    -------
-    (k, bands) float64
-        One band where the reflectance is a number.
-    """
-    rho = np.atleast_1d(np.asarray(reflectance, dtype=np.float64))
-    n = _checked_exponent(exponent)
-    light, view = _dot(normal, to_light), _dot(normal, to_view)
-    cos_alpha = np.clip(2.0 * light * view - _dot(to_light, to_view), 0.0, 1.0)
-    seen = (light > 0) & (view > 0) & (cos_alpha > 0)
-    lobe = np.where(seen, (n + 2.0) / (2.0 * np.pi) * cos_alpha**n, 0.0)
-    return lobe[..., None] * rho
+def diffuse_mean(albedo):
+    """Return 2 int_0^1 a(c) c dc of a function of (32,) cosines along its last axis."""
+    x, w = np.polynomial.legendre.leggauss(32)
+    cosine = (x + 1) / 2
+    return (albedo(cosine) * cosine) @ w
 
 
-def phong_albedo(exponent, cos_theta):
-    """Return the directional albedo of the Phong lobe of reflectance 1, to 1e-8.
-
-    a(theta) = (n + 2)/(2 pi) int cos^n(alpha) cos(theta_r) dw over the directions where both
-    cosines are positive: 1 at normal incidence, falling towards grazing as the surface cuts the
-    lobe off. About the mirror direction, rings up to alpha = pi/2 - theta are whole and give
-    cos(theta) (1 - S), S = sin^(n+2)(theta). The cut rings, cos(alpha) = sin(theta) cos(z), give
-
-    S (n + 2)/pi int_0^(pi/2) cos^n(z) sin(z) [cos(z) cos(theta) phi + sin(z)] dz,
-    phi = pi/2 + atan2(cos(z) cos(theta), sin(z)) the half width of the arc above the surface.
-
-    Derived here; agrees with Lewis (1994) at 0 degrees.
-
-    Parameters
-    ----------
-    exponent : float
-        n >= 0.
-    cos_theta : float or ndarray
-        Cosine of the angle of incidence, in [0, 1]; any shape, which the result has too.
-    """
-    n, mu = float(_checked_exponent(exponent)), np.asarray(cos_theta, dtype=np.float64)
-    if not np.all((mu >= 0) & (mu <= 1)):
-        raise ValueError(f"cos_theta = {mu} must lie in [0, 1]: light arrives from the front")
-    z, weight = _cut_ring_nodes(n)
-    cos_z, sin_z, mu_z = np.cos(z), np.sin(z), mu[..., None]
-    phi = np.pi / 2 + np.arctan2(cos_z * mu_z, sin_z)
-    cut = (weight * cos_z**n * sin_z * (cos_z * mu_z * phi + sin_z)).sum(axis=-1)
-    inside = np.sqrt((1.0 - mu) * (1.0 + mu)) ** (n + 2.0)
-    return mu * (1.0 - inside) + (n + 2.0) / np.pi * inside * cut
+def shown(values) -> str:
+    """Return a number, a colour or the range of an array in words."""
+    values = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    if values.size > 4:
+        return f"from {values.min():.6g} to {values.max():.6g}"
+    return " ".join(f"{v:.6g}" for v in values)
 
 
-def _cut_ring_nodes(n):
-    """Return (64,) nodes z and weights for an integral of cos^n(z) times a smooth function.
-
-    The range ends where the lobe has died away. z = end (1 - q^3) flattens the end point, where
-    cos^n(z) has no derivative if n is below 1 (q from 0 to 1).
-    """
-    end = min(np.pi / 2, _LOBE_TAIL / np.sqrt(max(n, 1.0)))
-    q = 0.5 * (_NODES + 1.0)
-    return end * (1.0 - q**3), 0.5 * _WEIGHTS * end * 3.0 * q**2
-
-
-def _checked_exponent(exponent):
+def checked_exponent(exponent) -> np.ndarray:
+    """Return a lobe's exponent as an array; raises ValueError if it is negative or not finite."""
     n = np.asarray(exponent, dtype=np.float64)
     if not np.all((n >= 0) & np.isfinite(n)):
         raise ValueError(
-            f"Phong exponent = {exponent} must be finite and at least 0: a negative one would "
+            f"exponent = {exponent} must be finite and at least 0: a negative one would "
             "reflect without bound at right angles to the mirror direction"
         )
     return n
-
-
-def _dot(a, b):
-    return np.sum(np.asarray(a, dtype=np.float64) * np.asarray(b, dtype=np.float64), axis=-1)

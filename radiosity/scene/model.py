@@ -35,14 +35,6 @@ class SceneError(ValueError):
 
 
 @dataclass(frozen=True)
-class Phong:
-    """Energy-normalised Phong lobe, f = reflectance (n + 2)/(2 pi) cos^n(angle to mirror)."""
-
-    reflectance: np.ndarray  # (bands,)
-    exponent: float
-
-
-@dataclass(frozen=True)
 class Material:
     """What a surface does to light, per band of the scene.
 
@@ -54,7 +46,10 @@ class Material:
         1 - diffuse, given directly where the reflectance is near 1.
     emission : (bands,) float64
         Radiance in W/(m2 sr), from the front only.
-    specular : Phong or None
+    specular : object or None
+        A lobe, see `radiosity.light.reflection`.
+    mirror, transmit : object or None
+        Laws k_r and k_t of what is mirrored and goes through, see `radiosity.light.coherent`.
     translucent : (bands,) float64, optional
         Share of the light on either side that leaves the other one, evenly: tau = pi T*.
     texture : Texture, optional
@@ -73,21 +68,29 @@ class Material:
     diffuse: np.ndarray
     absorptance: np.ndarray
     emission: np.ndarray
-    specular: Phong | None = None
+    specular: object | None = None
     two_sided: bool = True
+    mirror: object | None = None
+    transmit: object | None = None
     translucent: np.ndarray | None = None
     texture: "Texture | None" = None
     bump: "Bump | None" = None
 
     @property
     def least_absorptance(self) -> np.ndarray:
-        """Return 1 - reflectance (3,) where the surface is brightest."""
+        """Return 1 - reflectance (bands,) where the surface is brightest."""
         return self.absorptance if self.texture is None else 1.0 - self.texture.highest
 
     @property
     def emits(self) -> bool:
         """Whether the front sends out light of its own."""
         return bool(np.any(self.emission > 0))
+
+    @property
+    def coats(self) -> tuple:
+        """Lobe and mirror that lie on the diffuse base as a clear film, which dims it."""
+        upon = self.specular, self.mirror
+        return tuple(part for part in upon if getattr(part, "dielectric", False))
 
 
 @dataclass(frozen=True)
@@ -188,6 +191,7 @@ class Scene:
             problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)
             problems += _outside(f"{where}.absorptance", m.absorptance, 1.0, "a share of the light")
             problems += _outside(f"{where}.emission", m.emission, np.inf, "radiance in W/(m2 sr)")
+            problems += _too_bright(m)
         for k, light in enumerate(self.lights):
             problems += _outside(f"lights[{k}]", light.strength, np.inf, "in W/sr, or W/m2")
         problems += _outside("ambient", self.ambient, np.inf, "radiance in W/(m2 sr)")
@@ -219,6 +223,18 @@ def uncovered(where: str, faces: Faces, mine: np.ndarray) -> list[str]:
         f"coordinates, face {np.flatnonzero(bare)[0]} for one: give vt in the OBJ file or uv "
         "beside the polygons"
     ]
+
+
+def _too_bright(material) -> list[str]:
+    """Return what is wrong where a material returns more light than arrives."""
+    optics = material.specular, material.mirror, material.transmit, material.translucent
+    if all(part is None for part in optics):
+        return []
+    from radiosity.scene.energy import excess
+
+    texture = material.texture
+    found = excess(material.diffuse if texture is None else texture.highest, *optics)
+    return [f"materials.{material.name}: {found}"] if found else []
 
 
 def _outside(where, values, most, why) -> list[str]:

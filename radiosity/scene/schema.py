@@ -26,7 +26,6 @@ from radiosity.scene.geometry import LONGEST
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 LARGEST_PICTURE = 16384
-ROUNDING = 1e-9  # by which reflectances may add up to more than 1, as decimals are not exact
 RECEIVES = "a surface cannot reflect more than it receives"
 
 
@@ -58,6 +57,23 @@ def _truth_radiosity(value) -> dict:
     return Table(bands)(value) if isinstance(value, dict) else {"": bands(value)}
 
 
+def _coherent(value) -> tuple | str:
+    """Return a share of light by band, or "fresnel"."""
+    if value == "fresnel":
+        return value
+    if isinstance(value, str):
+        raise Wrong(((), value, 'must be a number, [r, g, b] or "fresnel"'))
+    return REFLECTANCE(value)
+
+
+def _metal(value) -> str:
+    from radiosity.light.metals import metal_names
+
+    if value not in metal_names():
+        raise Wrong(((), value, f"must be one of {', '.join(metal_names())}"))
+    return value
+
+
 REFLECTANCE = Bands(Number(0, 1, RECEIVES))
 ABSORPTANCE = Bands(Number(0, 1, "it is 1 - reflectance"))
 PICTURE = {"texture": text_value, "encoding": encoding, "repeat": truth_value}
@@ -65,6 +81,7 @@ TEXTURE = Picture(
     PICTURE | {"scale": Bands(Number(0, why="it multiplies reflectances"))},
     'diffuse = { texture = "wood.png" }',
 )
+INDEX = Bands(Number(1, why="vacuum has 1, water 1.33, glass 1.5"))
 POWER = Number(0, why="light cannot be taken away")
 BANDS = Bands(POWER)
 LENGTH = Number(-LONGEST, LONGEST, "powers of longer lengths cannot be computed")
@@ -83,6 +100,9 @@ def taken_by(check: Any) -> Any:
     return Annotated[Any, BeforeValidator(check)]
 
 
+OPTICAL = "specular", "mirror", "transmit", "ior", "metal", "translucent"  # keys of materials
+
+
 class StrictTable(BaseModel):
     """A table of known keys only."""
 
@@ -90,13 +110,20 @@ class StrictTable(BaseModel):
 
 
 class SpecularTable(StrictTable):
-    """The key ``specular`` of a material."""
+    """The key ``specular`` of a material; `radiosity.scene.optics` knows which model has which."""
 
-    model: Literal["phong"] = Field(description='the only model is "phong"')
-    reflectance: taken_by(REFLECTANCE) = Field(description="a number or [r, g, b] in [0, 1]")
-    exponent: taken_by(Number(0, why="the lobe is cos^exponent")) = Field(
-        description="0 is as wide as diffuse reflection, 1000 nearly a mirror"
+    model: Literal["phong", "blinn", "torrance-sparrow"] = Field(
+        description='one of "phong", "blinn" and "torrance-sparrow"'
     )
+    reflectance: taken_by(REFLECTANCE) = None
+    exponent: taken_by(Number(0, why="the lobe is cos^exponent")) = None
+    facets: Literal["gaussian", "beckmann", "trowbridge-reitz"] = "trowbridge-reitz"
+    roughness: taken_by(Number(1e-4, 1, "from a mirror, which the key mirror gives, to 1")) = None
+    half_angle: taken_by(Number(0, 90, "in degrees", inclusive=False)) = None
+    shadowing: Literal["v-groove", "smith"] = "v-groove"
+    ior: taken_by(INDEX) = None
+    metal: taken_by(_metal) = None
+    convention: Literal["normalised", "seed"] = "normalised"
 
 
 class EmissionTable(StrictTable):
@@ -118,6 +145,10 @@ class MaterialTable(StrictTable):
     two_sided: bool = True
     translucent: taken_by(REFLECTANCE) = None
     specular: SpecularTable | None = None
+    mirror: taken_by(_coherent) = None
+    transmit: taken_by(_coherent) = None
+    ior: taken_by(INDEX) = None
+    metal: taken_by(_metal) = None
     emission: EmissionTable | None = None
 
 

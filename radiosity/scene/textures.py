@@ -11,8 +11,9 @@ import numpy as np
 from radiosity.light.bump import Bump
 from radiosity.light.texture import Texture, srgb_to_linear
 from radiosity.scene.checks import TextureKey
+from radiosity.scene.energy import ROUNDING
 from radiosity.scene.model import Material, SceneError
-from radiosity.scene.schema import RECEIVES, ROUNDING, MaterialTable, at, dotted
+from radiosity.scene.schema import OPTICAL, RECEIVES, MaterialTable, at, dotted
 
 LARGEST = 1 << 24  # pixels
 CODED = ".png", ".jpg", ".jpeg"  # whole numbers, of which sRGB is the usual meaning
@@ -161,15 +162,28 @@ def _reflectance(table, texture, path, problems):
     """Return the texture of the reflectance, three bands; texels out of bounds are problems."""
     key = table.diffuse
     texels = texture.texels * np.array(key.scale, np.float32)
-    gloss = np.zeros(3) if table.specular is None else np.array(table.specular.reflectance)
-    wrong = (texels < 0.0) | (texels + gloss > 1.0 + ROUNDING)
+    wrong = (texels < 0.0) | (texels > 1.0 + ROUNDING)
     if wrong.any():
         row, column, band = np.argwhere(wrong)[0]
-        plus = f" + specular.reflectance {gloss[band]:g}" if gloss.any() else ""
         problems.append(
             f'{dotted((*path, "texture"))} = "{key.texture}" row {row}, column {column}: '
-            f"{texels[row, column, band]:.6g}{plus} in band {'rgb'[band]} must lie in [0, 1]: "
+            f"{texels[row, column, band]:.6g} in band {'rgb'[band]} must lie in [0, 1]: "
             f"{RECEIVES}; {wrong.any(axis=2).sum()} texels do not: lower its scale"
         )
         return None
-    return Texture(texels, key.repeat)
+    found = Texture(texels, key.repeat)
+    too_much = _with_others(table, found.highest)
+    if too_much:
+        problems.append(f'{dotted((*path, "texture"))} = "{key.texture}": where it is brightest '
+                        f"{too_much}")  # fmt: skip
+    return None if too_much else found
+
+
+def _with_others(table, highest):
+    """Return how a texture's brightest texel and what else a material returns are too much."""
+    if not any(getattr(table, key) for key in OPTICAL):
+        return ""
+    from radiosity.scene.optics import excess, optics_of
+
+    through = None if table.translucent is None else np.array(table.translucent)
+    return excess(highest, *optics_of(table), through)

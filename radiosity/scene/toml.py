@@ -19,20 +19,10 @@ from radiosity.scene.blocks import parts_of
 from radiosity.scene.checks import TextureKey, nearest, value_of
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
 from radiosity.scene.lights import Ambient, read_lights
-from radiosity.scene.model import (
-    Camera,
-    Material,
-    Phong,
-    Scene,
-    SceneError,
-    Truth,
-    uncovered,
-)
+from radiosity.scene.model import Camera, Material, Scene, SceneError, Truth, uncovered
 from radiosity.scene.schema import (
-    ABSORPTANCE,
+    OPTICAL,
     POINT,
-    REFLECTANCE,
-    ROUNDING,
     UNITS,
     CameraTable,
     EmissionTable,
@@ -166,24 +156,10 @@ def _material_problems(table, path):
             f"{dotted(path)} gives both diffuse and absorptance: give one, "
             "as absorptance = 1 - diffuse"
         )
-    kept = value_of(table, "absorptance", ABSORPTANCE)
-    diffuse = value_of(table, "diffuse", REFLECTANCE, None if kept is None else 1 - np.array(kept))
-    gloss = value_of(table.get("specular"), "reflectance", REFLECTANCE)
-    through = value_of(table, "translucent", REFLECTANCE)
-    parts = {"diffuse": diffuse, "specular.reflectance": gloss, "translucent": through}
-    parts = {key: share for key, share in parts.items() if share is not None}
-    total = np.sum(list(parts.values()), axis=0)
-    if len(parts) > 1 and total.max() > 1 + ROUNDING:
-        band = "rgb"[int(np.argmax(total))]
-        problems.append(
-            f"{dotted(path)}: {' + '.join(parts)} = {total.max():.6g} in band {band} must be at "
-            "most 1: a surface cannot reflect more than it receives; lower one of them"
-        )
-    if through is not None and any(through) and table.get("two_sided") is False:
-        problems.append(
-            f"{dotted(path)} is translucent and not two_sided: a sheet that light goes through has "
-            "two sides alike; leave out two_sided"
-        )
+    if any(key in table for key in OPTICAL):
+        from radiosity.scene.optics import optics_problems
+
+        problems += optics_problems(table, path)
     return problems + _emission_problems(table.get("emission"), (*path, "emission"))
 
 
@@ -260,11 +236,22 @@ def _materials(tables, geometry, unit_m):
         diffuse, absorptance, note = _diffuse(name, table)
         notes += [note] if note else []
         emission = _radiance(table.emission, float(areas[faces].sum()))
-        gloss = table.specular
-        phong = gloss and Phong(np.array(gloss.reflectance), gloss.exponent)
+        lobe, mirror, transmit, said = _optics(name, table)
+        notes += said
         through = None if table.translucent is None else np.array(table.translucent)
-        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided, through)
+        made[name] = Material(name, diffuse, absorptance, emission, lobe, table.two_sided,
+                              mirror, transmit, through)  # fmt: skip
     return made, notes
+
+
+def _optics(name, table):
+    """Return lobe, mirror and transmission of a material, and notes."""
+    if not any(getattr(table, key) for key in OPTICAL):
+        return None, None, None, []
+    from radiosity.scene.optics import notes_of, optics_of
+
+    lobe, mirror, transmit = optics_of(table)
+    return lobe, mirror, transmit, notes_of(name, mirror, transmit)
 
 
 def _diffuse(name, table):
@@ -276,7 +263,8 @@ def _diffuse(name, table):
         return 1 - absorptance, absorptance, None
     if table.diffuse is not None:
         return np.array(table.diffuse), 1 - np.array(table.diffuse), None
-    value = 0.0 if table.specular or table.translucent else DEFAULT_REFLECTANCE
+    shines = any(getattr(table, key) for key in ("specular", "mirror", "transmit", "translucent"))
+    value = 0.0 if shines else DEFAULT_REFLECTANCE
     diffuse = np.full(3, value)
     return diffuse, 1 - diffuse, f'material "{name}" gives no diffuse: {value:g} is taken'
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radiosity.mesh.division import Division, divisions
-from radiosity.scene.model import Scene
+from radiosity.scene.model import Scene, SceneError
 
 SOLVER_NAMES = ("gauss-seidel", "jacobi", "southwell", "gmres", "cg", "direct")
 FEWEST = 150
@@ -126,7 +126,10 @@ def make_plan(
     ------
     ValueError
         Accuracy, mesh, order or solver out of range.
+    SceneError
+        A material in a raw form that serves local shading only.
     """
+    _refuse_seed_forms(scene)
     if not 1e-4 <= accuracy < 1:
         raise ValueError(
             f"accuracy = {accuracy:g} must lie in [0.0001, 1): 0.02 asks for 2 percent"
@@ -161,6 +164,18 @@ def make_plan(
         )
     recipe = Recipe(order, accuracy, rule, SOLVED * accuracy, solver, seed, force=force)
     return Plan(accuracy, division, mesh == "auto", recipe, seconds=seconds)
+
+
+def _refuse_seed_forms(scene: Scene) -> None:
+    """Refuse lobes in the seeds' raw form, of which more light may leave than arrives."""
+    raw = [m.name for m in scene.materials if m.specular is not None
+           and not hasattr(m.specular, "mean_albedo")]  # fmt: skip
+    if raw:
+        raise SceneError(scene.source or scene.name, [
+            f'materials.{name}.specular.convention = "seed" has no albedo: such a lobe reflects '
+            "more than arrives and serves local shading only; leave the convention out"
+            for name in raw
+        ])  # fmt: skip
 
 
 def _is_large(faces, division) -> bool:

@@ -19,7 +19,7 @@ from radiosity.solve.level import STIFF, THROUGH, solve_level
 from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import WORTH
-from radiosity.solve.system import lights_of, translucent
+from radiosity.solve.system import lights_of, reflectance_of, translucent
 
 TRIED = 0.1  # share of the work foreseen that rounds are tried for, at least one
 # Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
@@ -192,14 +192,17 @@ def _clocked(work, *what):
 
 def _requirements(scene, plan, reach, is_open) -> tuple[Requirement, ...]:
     """Return the decisions, in the order of the light's way."""
-    light = _bands, _visibility, _backs, _environment, _highlights, _lights, _lamps
-    others = _elements, _solver, _detail
-    return tuple(make(scene, plan, reach, is_open) for make in (*light, *others))
+    light = (
+        _bands, _visibility, _backs, _environment, _highlights, _mirrors, _passages, _lights,
+        _lamps, _elements, _solver, _detail,
+    )  # fmt: skip
+    made = (make(scene, plan, reach, is_open) for make in light)
+    return tuple(requirement for requirement in made if requirement is not None)
 
 
 def _bands(scene, plan, reach, is_open):
     used = [scene.materials[k] for k in np.unique(scene.faces.material)]
-    rho = np.array([m.diffuse for m in used])
+    rho = np.array([reflectance_of(m) for m in used])
     lamps = [lamp.strength for lamp in scene.lights]
     emitted = np.array([m.emission for m in used] + [scene.ambient, *lamps])
     grey = np.all(rho == rho[:, :1]) and np.linalg.matrix_rank(emitted) <= 1
@@ -242,11 +245,29 @@ def _environment(scene, plan, reach, is_open):
 
 
 def _highlights(scene, plan, reach, is_open):
-    used = {int(k) for k in scene.faces.material}
-    glossy = [m.name for k, m in enumerate(scene.materials) if k in used and m.specular is not None]
+    glossy = having(scene, "specular")
     if glossy:
-        return Requirement("highlights", "lobes", f"{', '.join(glossy)}: glossy, in pictures")
+        return Requirement("highlights", "lobes", f"{glossy}: in pictures; else they count as diffuse")
     return Requirement("highlights", "nothing", "no surface is glossy")
+
+
+def _mirrors(scene, plan, reach, is_open):
+    names = having(scene, "mirror")
+    why = f"{names}: what is mirrored counts as diffuse, as nothing follows it yet"
+    return Requirement("mirrors", "diffuse", why) if names else None
+
+
+def _passages(scene, plan, reach, is_open):
+    names = having(scene, "transmit")
+    why = f"{names}: what goes through counts as lost, as nothing follows it yet"
+    return Requirement("transmission", "lost", why) if names else None
+
+
+def having(scene: Scene, part: str) -> str:
+    """Return the names of materials in use that have a lobe, a mirror or a transmission."""
+    used = {int(k) for k in scene.faces.material}
+    made = enumerate(scene.materials)
+    return ", ".join(m.name for k, m in made if k in used and getattr(m, part) is not None)
 
 
 def _lights(scene, plan, reach, is_open):

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radiosity.light.reflection import phong_albedo
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Material, Scene
 from radiosity.transport.irradiance import Lights
@@ -31,20 +30,17 @@ class Terms:
 def reflectance_of(material: Material) -> np.ndarray:
     """Return the (bands,) share of diffuse light that a material sends back.
 
-    A specular lobe counts with its albedo under diffuse light, spread evenly.
+    What lobes and mirrors return counts with their albedo a under diffuse light, spread evenly:
+    rho + a, or a + rho (1 - a) of a base under a clear coat. What goes through is lost.
     """
     rho = material.diffuse
-    if material.specular is not None:
-        lobe = material.specular
-        rho = rho + lobe.reflectance * _mean_albedo(lobe.exponent)
+    for part in (material.specular, material.mirror):
+        if part is not None and part not in material.coats:
+            rho = rho + part.mean_albedo
+    if material.coats:
+        upon = sum(coat.mean_albedo for coat in material.coats)
+        rho = upon + rho * (1.0 - upon)
     return rho
-
-
-def _mean_albedo(exponent: float) -> float:
-    """Return the albedo of a unit Phong lobe under diffuse light, 2 int a(c) c dc."""
-    x, w = np.polynomial.legendre.leggauss(32)
-    cosine = (x + 1) / 2
-    return float(w @ (phong_albedo(exponent, cosine) * cosine))
 
 
 def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:
@@ -80,9 +76,15 @@ def _through(scene, patches, live):
 
 
 def translucent(scene: Scene) -> np.ndarray:
-    """Return (materials, bands): the share of light that goes through."""
-    none = np.zeros(scene.bands.count)
-    return np.array([none if m.translucent is None else m.translucent for m in scene.materials])
+    """Return (materials, bands): the share of diffuse light that comes out of the other side.
+
+    Of a sheet under a clear coat what the coat lets in, tau (1 - a).
+    """
+    found = np.zeros((len(scene.materials), scene.bands.count))
+    for k, m in enumerate(scene.materials):
+        if m.translucent is not None:
+            found[k] = m.translucent * (1.0 - sum(coat.mean_albedo for coat in m.coats))
+    return found
 
 
 def textured_sides(scene: Scene) -> np.ndarray:

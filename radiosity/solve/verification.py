@@ -11,6 +11,7 @@ from radiosity.solve.cases import BOX, Check, elements, extremes, obstructed, po
 from radiosity.solve.cie import cie171
 from radiosity.solve.curved import curved, sphere
 from radiosity.solve.limits import limits, room_of
+from radiosity.solve.reflecting import reflection
 from radiosity.solve.solve import solve
 
 ROOM, COARSE = 1e-6, 2e-3  # bounds of relative errors: of the solver's tolerance, of a coarse mesh
@@ -51,6 +52,7 @@ def rooms() -> Iterator[Check]:
 SUITES = {
     "elements": elements, "polygons": polygons, "extremes": extremes, "obstructed": obstructed,
     "curved": curved, "rooms": rooms, "limits": limits, "cie171": cie171,
+    "reflection": reflection,
 }  # fmt: skip
 
 

@@ -47,6 +47,11 @@ class Lights:
     lamps: tuple[Light, ...] = ()
     unit_m: float = 1.0
 
+    def only(self, k: int) -> "Lights":
+        """Return one of the polygons alone."""
+        one = slice(k, k + 1)
+        return Lights(self.polygons[one], self.normals[one], self.exitance[one])
+
     def __bool__(self) -> bool:
         """Whether there are any."""
         return bool(len(self.polygons) or self.lamps)

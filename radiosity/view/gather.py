@@ -22,7 +22,6 @@ from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT
 from radiosity.view.camera import rays
 from radiosity.view.film import Film
-from radiosity.view.gloss import glossy_radiance
 from radiosity.view.image import Image
 from radiosity.view.shading import Shading, auto_exposure, make_shading
 from radiosity.view.smoothing import MIXED
@@ -225,14 +224,16 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     """Return what leaves points of patches towards the viewer.
 
     L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point; of a
-    translucent sheet + tau E/pi, with E on its other side.
+    translucent sheet + tau E/pi, with E on its other side; of a base under a clear coat,
+    diffuse (1 - a(theta_o)) E/pi with E as it enters (L14).
 
     Returns
     -------
     leaving : (k, bands) float64
         L in W/(m2 sr).
     indirect : (k, bands) float64
-        The part of E in W/m2 that does not come straight from area lights.
+        The part of E in W/m2 that does not come straight from lights, as far as a coat lets its
+        light out.
     nearness : (k,) float64
         Mean of 1/distance to the surroundings.
     """
@@ -246,24 +247,33 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
         points = points + LIFT / around.visibility.scale * (flat - normals)
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
-    arriving, indirect, nearness = _arriving(around, points, normals, keys, looks, aims, seed)
-    leaving = shading.emission[rows] + lambert(diffuse) * arriving
+    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
+    direct = direct_irradiance(around.visibility, around.lights, points, normals, keys, aims, seed)
+    glossy = np.zeros_like(direct)
+    for which, k in _of_lobes(shading, rows):
+        from radiosity.view.gloss import dimming, entering, glossy_radiance
+
+        here, coats = (points[k], normals[k]), shading.coats[which]
+        if coats:
+            out = dimming(coats, normals[k], to_view[k])
+            indirect[k] *= out
+            direct[k] = out * entering(around, coats, *here, keys[k], aims, seed)
+        glossy[k] = glossy_radiance(
+            around, shading.lobes[which], *here, to_view[k], keys[k], aims, seed
+        )
+    leaving = shading.emission[rows] + lambert(diffuse) * (indirect + direct) + glossy
     if shading.through is not None:
         through = shading.through[rows]
         k = np.flatnonzero(through.any(axis=1))
-        behind = _arriving(around, points[k], -normals[k], keys[k], looks, aims, seed)[0]
+        here = points[k], -normals[k], keys[k]
+        behind = indirect_irradiance(around, *here, looks, seed)[0]
+        behind += direct_irradiance(around.visibility, around.lights, *here, aims, seed)
         leaving[k] += lambert(through[k]) * behind
-    for which, lobe in enumerate(shading.lobes):
-        k = np.flatnonzero(shading.lobe[rows] == which)
-        if lobe is not None and len(k):
-            leaving[k] += glossy_radiance(
-                around, lobe, points[k], normals[k], to_view[k], keys[k], aims, seed
-            )
     return leaving, indirect, nearness
 
 
-def _arriving(around, points, normals, keys, looks, aims, seed):
-    """Return the irradiance (k, bands), what of it is indirect, and the nearness (k,)."""
-    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
-    direct = direct_irradiance(around.visibility, around.lights, points, normals, keys, aims, seed)
-    return indirect + direct, indirect, nearness
+def _of_lobes(shading, rows):
+    """Yield each lobe's number and which of the points lie on patches that have it."""
+    which = shading.lobe[rows]
+    for lobe in np.unique(which[which >= 0]):
+        yield lobe, np.flatnonzero(which == lobe)

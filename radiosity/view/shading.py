@@ -15,12 +15,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shading:
-    """What `radiance` needs to know of every patch: emission, diffuse reflectance, its lobe."""
+    """What `radiance` needs to know of every patch: emission, diffuse reflectance, lobe, coats.
+
+    What a mirror reflects is spread evenly, so it is among the diffuse.
+    """
 
     emission: np.ndarray  # (n, bands) W/(m2 sr)
     diffuse: np.ndarray  # (n, bands)
-    lobe: np.ndarray  # (n,) index into lobes, -1 for none
-    lobes: tuple
+    lobe: np.ndarray  # (n,) index into lobes and coats, -1 for none
+    lobes: tuple  # by material, None for none
+    coats: tuple  # by material: what lies on its base and dims it, () for nothing
     plane: np.ndarray  # (n,) 2 * face, + 1 for its back, one face for all in its plane; or MIXED
     plane_diffuse: np.ndarray  # (2 * faces, bands)
     plane_axes: np.ndarray  # (2 * faces, 2, 3)
@@ -33,10 +37,11 @@ def make_shading(solution: Solution) -> Shading:
     scene, patches = solution.scene, solution.patches
     material = scene.faces.material[patches.face]
     lobes = tuple(m.specular for m in scene.materials)
+    coats = tuple(tuple(c for c in m.coats if c is m.specular) for m in scene.materials)
     lobe = np.where([s is None for s in lobes], -1, np.arange(len(lobes)))[material]
     two_sided = np.array([m.two_sided for m in scene.materials])[material]
     reflects = patches.front | two_sided
-    diffuse = np.array([m.diffuse for m in scene.materials])[material] * reflects[:, None]
+    diffuse = np.array([_spread(m) for m in scene.materials])[material] * reflects[:, None]
     plane = 2 * _surfaces(scene.faces)[patches.face] + ~patches.front
     plane_diffuse = np.zeros((2 * len(scene.faces), diffuse.shape[1]))
     plane_diffuse[plane] = diffuse
@@ -49,9 +54,18 @@ def make_shading(solution: Solution) -> Shading:
         plane = np.where(bumped, MIXED, plane)  # there irradiance varies with the bumps
     return Shading(
         solution.emission / np.pi, diffuse, np.where(reflects, lobe, -1), lobes,
-        plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0), detail,
+        coats, plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0), detail,
         solution.level.terms.transmittance,
     )  # fmt: skip
+
+
+def _spread(material):
+    """Return the (bands,) reflectance of all that is spread evenly."""
+    if material.mirror is None:
+        return material.diffuse
+    mirrored = material.mirror.mean_albedo
+    left = 1.0 - mirrored if material.mirror in material.coats else 1.0
+    return mirrored + material.diffuse * left
 
 
 def _is_detailed(scene):

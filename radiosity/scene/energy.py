@@ -1,0 +1,42 @@
+"""Whether a material returns more light than arrives, at any angle and in any band."""
+
+import numpy as np
+
+from radiosity.light.coat import total_albedo
+
+ROUNDING = 1e-9  # by which shares may add up to more than 1, as decimals are not exact
+DEGREES = np.append(np.arange(0.0, 89.6, 0.5), [89.8, 89.9, 90.0])
+
+
+def excess(base, lobe, mirror, transmit, through=None, degrees=DEGREES) -> str:
+    """Return how much too much leaves a surface as a sentence, "" where nothing is wrong.
+
+    Parameters
+    ----------
+    base : (bands,) float64
+        Share of light that is reflected evenly.
+    lobe, mirror, transmit : object or None
+        See `radiosity.scene.model.Material`. A lobe without an albedo, a seed's, is left out.
+    through : (bands,) float64, optional
+        Share of light that leaves the other side evenly.
+    degrees : (k,) float64
+        Angles of incidence at which the sum is taken.
+    """
+    base, bands = np.asarray(base), len(base)
+    cosine = np.maximum(np.cos(np.radians(degrees)), 0.0)
+    named = {"specular": lobe, "mirror": mirror, "transmit": transmit}
+    parts = {k: v for k, v in named.items() if hasattr(v, "albedo")}
+    shares = {k: np.broadcast_to(v.albedo(cosine), (len(cosine), bands)) for k, v in parts.items()}
+    passed = shares.pop("transmit", 0.0)
+    upon = sum(shares.values(), np.zeros((len(cosine), bands)))
+    coupled = any(getattr(part, "dielectric", False) for part in parts.values())
+    total = total_albedo(base + (0.0 if through is None else through), upon, passed, coupled)
+    where, band = np.unravel_index(np.argmax(total), total.shape)
+    if not total[where, band] > 1.0 + ROUNDING:
+        return ""
+    names = ["diffuse", *([] if through is None else ["translucent"]), *parts]
+    return (
+        f"{' + '.join(names)} = {total[where, band]:.6g} at {degrees[where]:g} "
+        f"degrees in band {'rgb'[band]} must be at most 1: a surface cannot reflect more than it "
+        "receives; lower one of them"
+    )
