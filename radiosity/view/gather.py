@@ -235,9 +235,11 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     if shading.detail is not None:
         flat, face = normals, solution.patches.face[rows]
         diffuse = shading.detail.diffuse(face, points, diffuse)
-        normals = shading.detail.normals(face, points, flat)
+        sides = np.where(solution.patches.front[rows], 1.0, -1.0)
+        normals = shading.detail.normals(face, points, sides)
+        points = shading.detail.raised(face, points, sides)
         # Rays are lifted along the normals they are given, and have to start over the faces.
-        points = points + LIFT / around.visibility.scale * (flat - normals)
+        points += LIFT / around.visibility.scale * (flat - normals)
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
     indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
