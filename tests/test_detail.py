@@ -170,13 +170,13 @@ def test_highlights_follow_the_bumps():
     assert found[0, 0] == pytest.approx(expected[0], rel=2e-3)  # the lamp has a size
 
 
-def lit_sphere(n, smooth):
+def lit_sphere(n, smooth, half=1.0):
     """Return the solution of a unit sphere of 2 n x n faces under a lamp, in black space."""
     sphere = uv_sphere(n)
     outside = sphere[:, ::-1].copy()
     triangle = np.all(sphere[:, 3] == sphere[:, 2], axis=1)
     outside[triangle] = sphere[triangle][:, [2, 1, 0, 0]]
-    lamp = np.array([[[-1, -1, 5], [-1, 1, 5], [1, 1, 5], [1, -1, 5]]], float)
+    lamp = np.array([[[-half, -half, 5], [-half, half, 5], [half, half, 5], [half, -half, 5]]])
     polygons = np.concatenate([outside, lamp])
     made = scene(polygons[[0, -1]], [0.8, 0.0], [0, 100], two_sided=False)
     faces = faces_of(polygons, np.r_[np.zeros(len(outside), int), 1])
@@ -210,16 +210,16 @@ def sphere_error(n, smooth):
 
 def test_lamps_set_behind_the_curve_and_not_behind_its_faces():
     """Where the whole lamp is just above a sphere's horizon, faces that turn away are lit too."""
-    solution, lamp = lit_sphere(12, True)
+    solution, lamp = lit_sphere(12, True, 0.1)
     true = np.random.default_rng(5).normal(size=(9000, 3))
     true /= np.linalg.norm(true, axis=1, keepdims=True)
     height = np.einsum("kc,vc->kv", true, lamp) - 1
     true = true[(height.min(axis=1) > 0.1) & (height.min(axis=1) < 0.4)]
     assert len(true) > 100
-    found = seen_on_sphere(solution, true, np.array([0.0, 0.0, 30.0]))
+    found = seen_on_sphere(solution, true, 3 * true)
     exact = exact_radiance(true, lamp)
-    assert np.sqrt(np.mean((found - exact) ** 2)) < 0.1 * exact.mean()
-    assert (found > 0.5 * exact).all()
+    assert np.sqrt(np.mean((found - exact) ** 2)) < 0.03 * exact.mean()  # 33 % off the faces
+    assert (found > 0.9 * exact).all()
 
 
 def test_a_smooth_spheres_radiance_converges_to_the_true_ones():

@@ -192,7 +192,8 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
     Returns
     -------
     rows : (k,) int
-        Patch, -1 where the sight line leaves the scene, -2 where it ends on a dark front.
+        Patch, -1 where the sight line leaves the scene, -2 where it ends on a dark front of a flat
+        face.
     points : (k, 3) float64
         Where, in scene units.
     """
@@ -207,13 +208,22 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
         start[active] = ends
         row = np.where(sides >= 0, around.field.row[sides], MISS)
         back = (sides >= 0) & (sides % 2 == 1)
-        row[(sides >= 0) & ~back & (row < 0)] = -2
+        dark = (sides >= 0) & ~back & (row < 0)
+        row[dark] = _dusk(solution, sides[dark] // 2)
         rows[active] = row
         active = active[back & (row < 0)]
         if not len(active):
             break
         start[active] += 2 * LIFT * ahead[active]
     return rows, centre + start / scale
+
+
+def _dusk(solution, fronts):
+    """Return -2 for dark fronts, but themselves where they stand for a curve, which may be lit."""
+    normals = solution.scene.faces.corner_normals
+    if normals is None:
+        return -2
+    return np.where(np.isnan(normals[solution.patches.face[fronts], 0, 0]), -2, fronts)
 
 
 def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, index: int):
