@@ -1,5 +1,7 @@
 """Textures in scene files: pictures of all kinds, where they lie, and every mistake in them."""
 
+from pathlib import Path
+
 import imageio.v3
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from radiosity.light.texture import srgb_to_linear
 from radiosity.scene.model import SceneError
 from radiosity.scene.textures import LARGEST
 
+SCENES = Path(__file__).resolve().parent.parent / "scenes"
 SQUARE = "[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]"
 UV = "[[0, 0], [1, 0], [1, 1], [0, 1]]"
 FLOOR = f'[[geometry]]\nmaterial = "m"\npolygons = [{SQUARE}]\nuv = [{UV}]\n'
@@ -223,3 +226,18 @@ def test_smooth_takes_computes_and_drops_normals(folder):
     np.testing.assert_allclose(
         round_.corner_normals, (round_.vertices - [1, 1, 2]) / [1, 1, 2] / np.sqrt(3)
     )
+
+
+def test_the_textured_room_is_read_and_told_of():
+    from radiosity.cli.info import describe
+
+    scene = radiosity.load(SCENES / "textured_room.toml")
+    assert scene.materials[0].texture.texels.shape == (192, 192, 3)
+    curved = ~np.isnan(scene.faces.corner_normals).any(axis=(1, 2))
+    np.testing.assert_array_equal(curved, scene.faces.material == 3)
+    # The ball's normals are those of a ball, to the square of its faces' size (22.5 degrees).
+    away = scene.faces.vertices[curved] - [1.5, 2.4, 0.701]
+    np.testing.assert_allclose(scene.faces.corner_normals[curved], away / 0.7, atol=0.05)
+    told = describe(scene)
+    assert "texture 192x192, from 0.0512695 0.147027 0.0998987 to 0.693872" in told
+    assert "bumps 0.03 high" in told and "normals: 128 faces stand for a curved surface" in told
