@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scenes_for_tests import block, box, scene
 
+from radiosity.light.bands import RGB
 from radiosity.solve.solve import solve
 from radiosity.view import export
-from radiosity.view.export import COLUMNS, arrays, check_suffix, save
+from radiosity.view.export import arrays, check_suffix, columns, save
 from radiosity.view.polydata import shown_patches
 
 
@@ -32,7 +33,7 @@ def table(solution, tmp_path_factory):
 
 
 def test_csv_has_a_row_for_every_patch_side(solution, table):
-    assert list(table[0]) == list(COLUMNS)
+    assert list(table[0]) == list(columns(RGB))
     assert [int(row["index"]) for row in table] == shown_patches(solution).tolist()
     sides = [row["side"] for row in table]
     assert sides.count("back") == len(solution.patches) - solution.patches.fronts > 0

@@ -47,7 +47,7 @@ def probe(
         goal = where[:, :3], where[:, 3:]
         solution = solve_scene(model, asked, progress, goal=goal)
         irradiance, error = solution.irradiance(where[:, :3], where[:, 3:], progress)
-    text = table(where, irradiance, error)
+    text = table(where, irradiance, error, model.bands)
     remark(reached_line(solution), quiet)
     if output is None:
         sys.stdout.write(text)
@@ -124,14 +124,15 @@ def _numbers(row, order, width):
     return found
 
 
-def table(points, irradiance, error) -> str:
+def table(points, irradiance, error, bands) -> str:
     """Return CSV text: the points, E_r, E_g, E_b in W/m2, illuminance and its error in lx."""
     import numpy as np
 
     from radiosity.light.photometry import illuminance
 
     lines = [",".join(COLUMNS + ["E_r", "E_g", "E_b", "illuminance", "error"])]
-    values = np.column_stack([irradiance, illuminance(irradiance), illuminance(error)])
+    lux, bar = illuminance(irradiance, bands), illuminance(error, bands)
+    values = np.column_stack([bands.to_rgb(irradiance), lux, bar])
     for where, found in zip(points, values, strict=True):
         cells = [f"{v:.10g}" for v in where] + [f"{v:.8g}" for v in found]
         lines.append(",".join(cells))

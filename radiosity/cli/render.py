@@ -42,7 +42,7 @@ def render(
     check_place(output)
     model = load_scene(scene, mesh, ambient, quiet)
     chosen = find_camera(model, camera)
-    pixels = picture_size(chosen, o.parse_size(size))
+    pixels = picture_size(chosen, o.parse_size(size), model.bands)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(model, asked, progress)

@@ -84,12 +84,24 @@ def summary(solution) -> str:
         f"scene         {'closed' if solution.closed else 'open'}",
         f"solver        {solution.solver}, {len(solution.history)} iterations, "
         f"error bound {solution.history[-1]:.1e}",
-        "power in W            red         green          blue",
+        *_power_rows(balance, solution.scene.bands),
     ]
-    for name in ("emitted", "absorbed", "escaped"):
-        values = "".join(f"{v:14.6g}" for v in getattr(balance, name))
-        rows.append(f"  {name:10}{values}")
     rows.append(f"  balanced within {balance.defect:.1e} of the power emitted")
     rows.append(f"error         {reached_line(solution)}")
     rows.append(f"  {budget_line(solution)}")
     return "\n".join(rows)
+
+
+def _power_rows(balance, bands) -> list[str]:
+    """Return where the emitted power goes, a column a band; of wavelengths their sum and lumens."""
+    from radiosity.light.photometry import illuminance
+
+    rows = {name: getattr(balance, name) for name in ("emitted", "absorbed", "escaped")}
+    heads = [{"r": "red", "g": "green", "b": "blue"}.get(name, name) for name in bands.names]
+    if bands.wavelengths is not None:
+        heads = [f"{bands.count} cells", "lumens"]
+        rows = {name: (power.sum(), illuminance(power, bands)) for name, power in rows.items()}
+    head = "power in W " + "".join(f"{h:>14}" for h in heads)
+    return [head] + [
+        f"  {name:10}" + "".join(f"{v:14.6g}" for v in values) for name, values in rows.items()
+    ]

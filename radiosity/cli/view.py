@@ -48,7 +48,7 @@ def view(
     pixels = o.parse_size(size)
     model = load_scene(scene, mesh, ambient, quiet)
     chosen = find_camera(model, camera)
-    picture_size(chosen, pixels)
+    picture_size(chosen, pixels, model.bands)
     shown = screenshot is None and display_available()
     target = screenshot or f"{Path(scene).stem}.png"
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)

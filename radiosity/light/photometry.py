@@ -1,34 +1,37 @@
-"""Photometry: watts of linear sRGB bands, lumens, and the radiance that emits a given amount.
+"""Photometry: watts of bands, lumens, and the radiance that emits a given amount.
 
-A colour is three numbers in linear sRGB (BT.709) bands. Watts of different bands are never
-summed: a total that is not weighted by the eye does not exist here.
+Watts of different bands are never summed: a total that is not weighted by the eye does not exist
+here, see `radiosity.light.bands`.
 """
 
 import numpy as np
 
-LUMINANCE = (0.2126, 0.7152, 0.0722)  # share of a band in the luminance, IEC 61966-2-1
+from radiosity.light.bands import RGB, Bands
+
 EFFICACY = 683.0  # lm/W at 540 THz, the SI definition of the candela
 
 
-def luminance(rgb: np.ndarray) -> np.ndarray:
-    """Return the luminance-weighted mean of bands, Y = 0.2126 R + 0.7152 G + 0.0722 B.
+def luminance(values: np.ndarray, bands: Bands = RGB) -> np.ndarray:
+    """Return the luminance-weighted sum of bands; of RGB Y = 0.2126 R + 0.7152 G + 0.0722 B.
 
     Parameters
     ----------
-    rgb : (..., 3) float
+    values : (..., n) float
         Any radiometric quantity per band.
 
     Returns
     -------
     (...) float64
-        In the unit of ``rgb``; times `EFFICACY` it is the photometric quantity.
+        In the unit of ``values``; times `EFFICACY` it is the photometric quantity.
     """
-    return np.asarray(rgb, float) @ np.array(LUMINANCE)
+    return bands.luminance(values)
 
 
-def illuminance(irradiance: np.ndarray, efficacy: float = EFFICACY) -> np.ndarray:
-    """Return E_v = K Y(E) in lx for irradiance (..., 3) in W/m2, K the efficacy in lm/W."""
-    return efficacy * luminance(irradiance)
+def illuminance(
+    irradiance: np.ndarray, bands: Bands = RGB, efficacy: float = EFFICACY
+) -> np.ndarray:
+    """Return E_v = K Y(E) in lx for irradiance (..., n) in W/m2, K the efficacy in lm/W."""
+    return efficacy * luminance(irradiance, bands)
 
 
 def radiance_from_exitance(exitance: np.ndarray) -> np.ndarray:

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from radiosity.light.bands import RGB, Bands
+from radiosity.light.sources import Light
 from radiosity.mesh.faces import Faces
 
 if TYPE_CHECKING:
@@ -36,23 +38,25 @@ class SceneError(ValueError):
 class Phong:
     """Energy-normalised Phong lobe, f = reflectance (n + 2)/(2 pi) cos^n(angle to mirror)."""
 
-    reflectance: np.ndarray  # (3,)
+    reflectance: np.ndarray  # (bands,)
     exponent: float
 
 
 @dataclass(frozen=True)
 class Material:
-    """What a surface does to light, per linear sRGB band.
+    """What a surface does to light, per band of the scene.
 
     Attributes
     ----------
-    diffuse : (3,) float64
+    diffuse : (bands,) float64
         Lambertian reflectance rho = pi k_d, on both sides unless ``two_sided`` is false.
-    absorptance : (3,) float64
+    absorptance : (bands,) float64
         1 - diffuse, given directly where the reflectance is near 1.
-    emission : (3,) float64
+    emission : (bands,) float64
         Radiance in W/(m2 sr), from the front only.
     specular : Phong or None
+    translucent : (bands,) float64, optional
+        Share of the light on either side that leaves the other one, evenly: tau = pi T*.
     texture : Texture, optional
         Reflectance of each point, whose mean ``diffuse`` is.
     bump : Bump, optional
@@ -71,6 +75,7 @@ class Material:
     emission: np.ndarray
     specular: Phong | None = None
     two_sided: bool = True
+    translucent: np.ndarray | None = None
     texture: "Texture | None" = None
     bump: "Bump | None" = None
 
@@ -108,7 +113,7 @@ class Camera:
 class Truth:
     """The closed-form answer a scene carries: radiosity in W/m2 by material or group, or of all.
 
-    ``radiosity`` maps a material or group name to (3,) values; the key "" stands for every face.
+    ``radiosity`` maps a material or group name to (bands,) values; "" stands for every face.
     """
 
     radiosity: dict[str, np.ndarray]
@@ -119,6 +124,9 @@ class Truth:
 @dataclass(frozen=True)
 class Scene:
     """A scene as read; lengths are in ``unit``, whose size in metres is ``unit_m``.
+
+    ``bands`` tells what the numbers of its materials, of its ``lights``, abstract sources that
+    surfaces see and cameras do not, and of its ``ambient`` radiance stand for.
 
     Examples
     --------
@@ -137,10 +145,22 @@ class Scene:
     unit: str = "m"
     unit_m: float = 1.0
     up: str = "z"
-    ambient: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    ambient: np.ndarray | None = None  # (bands,) W/(m2 sr) that enter from outside; none is 0
+    lights: tuple[Light, ...] = ()
     truth: Truth | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
+    bands: Bands = RGB
+
+    def __post_init__(self):
+        if self.ambient is None:
+            object.__setattr__(self, "ambient", np.zeros(self.bands.count))
+
+    @property
+    def has_light(self) -> bool:
+        """Whether any face emits, any light shines or any enters from outside."""
+        emits = any(m.emits for m in self.materials)
+        return bool(emits or self.ambient.any() or any(s.strength.any() for s in self.lights))
 
     def check(self) -> None:
         """Refuse what no reader lets through, for scenes that are made in code.
@@ -148,13 +168,15 @@ class Scene:
         Raises
         ------
         SceneError
-            Numbers that are not finite, negative light, reflectances outside [0, 1], no faces.
+            Numbers that are not finite, negative light, reflectances outside [0, 1], no faces, as
+        many numbers as the scene has no bands.
         """
         problems = [] if len(self.faces) else ["faces are missing: there is nothing to light"]
         problems += [
             f"faces.vertices[{k}] = {self.faces.vertices[k].tolist()} must be finite"
             for k in np.flatnonzero(~np.isfinite(self.faces.vertices).all(axis=(1, 2)))[:3]
         ]
+        problems += self._miscounted()
         for k, m in enumerate(self.materials):
             where = f"materials.{m.name}"
             if m.texture is not None:
@@ -166,9 +188,25 @@ class Scene:
             problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)
             problems += _outside(f"{where}.absorptance", m.absorptance, 1.0, "a share of the light")
             problems += _outside(f"{where}.emission", m.emission, np.inf, "radiance in W/(m2 sr)")
+        for k, light in enumerate(self.lights):
+            problems += _outside(f"lights[{k}]", light.strength, np.inf, "in W/sr, or W/m2")
         problems += _outside("ambient", self.ambient, np.inf, "radiance in W/(m2 sr)")
         if problems:
             raise SceneError(self.source or self.name, problems)
+
+    def _miscounted(self) -> list[str]:
+        """Return which numbers are not one a band."""
+        count, values = self.bands.count, {"ambient": self.ambient}
+        for m in self.materials:
+            for key in ("diffuse", "absorptance", "emission"):
+                values[f"materials.{m.name}.{key}"] = getattr(m, key)
+        values |= {f"lights[{k}]": light.strength for k, light in enumerate(self.lights)}
+        return [
+            f"{where} has the shape {np.shape(x)}, must have ({count},): one number a band of the "
+            f"scene ({', '.join(self.bands.names[:3])}{', ..' if count > 3 else ''})"
+            for where, x in values.items()
+            if np.shape(x) != (count,)
+        ]
 
 
 def uncovered(where: str, faces: Faces, mine: np.ndarray) -> list[str]:

@@ -18,6 +18,7 @@ from radiosity.scene.assemble import (
 from radiosity.scene.blocks import parts_of
 from radiosity.scene.checks import TextureKey, nearest, value_of
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
+from radiosity.scene.lights import Ambient, read_lights
 from radiosity.scene.model import (
     Camera,
     Material,
@@ -86,6 +87,7 @@ def read_toml(
 
         details = details_of(materials, read_picture, problems)
     cameras = _tables(CameraTable, raw, "cameras", problems, _camera_problems)
+    lights = read_lights(raw.get("lights", []), problems)
     truth = _truth(raw, problems)
     geometry = joined(parts) if parts and None not in parts else None
     if geometry is not None:
@@ -104,6 +106,8 @@ def read_toml(
         unit=top.unit,
         unit_m=UNITS[top.unit],
         up=top.up,
+        ambient=sum((s.radiance for s in lights if isinstance(s, Ambient)), np.zeros(3)),
+        lights=tuple(s for s in lights if not isinstance(s, Ambient)),
         truth=truth,
         source=source,
         notes=geometry.notes,
@@ -165,15 +169,21 @@ def _material_problems(table, path):
     kept = value_of(table, "absorptance", ABSORPTANCE)
     diffuse = value_of(table, "diffuse", REFLECTANCE, None if kept is None else 1 - np.array(kept))
     gloss = value_of(table.get("specular"), "reflectance", REFLECTANCE)
-    if diffuse is not None and gloss is not None:
-        total = np.add(diffuse, gloss)
-        if total.max() > 1 + ROUNDING:
-            band = "rgb"[int(np.argmax(total))]
-            problems.append(
-                f"{dotted(path)}: diffuse + specular.reflectance = {total.max():.6g} in band "
-                f"{band} must be at most 1: a surface cannot reflect more than it receives; "
-                "lower one of them"
-            )
+    through = value_of(table, "translucent", REFLECTANCE)
+    parts = {"diffuse": diffuse, "specular.reflectance": gloss, "translucent": through}
+    parts = {key: share for key, share in parts.items() if share is not None}
+    total = np.sum(list(parts.values()), axis=0)
+    if len(parts) > 1 and total.max() > 1 + ROUNDING:
+        band = "rgb"[int(np.argmax(total))]
+        problems.append(
+            f"{dotted(path)}: {' + '.join(parts)} = {total.max():.6g} in band {band} must be at "
+            "most 1: a surface cannot reflect more than it receives; lower one of them"
+        )
+    if through is not None and any(through) and table.get("two_sided") is False:
+        problems.append(
+            f"{dotted(path)} is translucent and not two_sided: a sheet that light goes through has "
+            "two sides alike; leave out two_sided"
+        )
     return problems + _emission_problems(table.get("emission"), (*path, "emission"))
 
 
@@ -252,7 +262,8 @@ def _materials(tables, geometry, unit_m):
         emission = _radiance(table.emission, float(areas[faces].sum()))
         gloss = table.specular
         phong = gloss and Phong(np.array(gloss.reflectance), gloss.exponent)
-        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided)
+        through = None if table.translucent is None else np.array(table.translucent)
+        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided, through)
     return made, notes
 
 
@@ -265,7 +276,7 @@ def _diffuse(name, table):
         return 1 - absorptance, absorptance, None
     if table.diffuse is not None:
         return np.array(table.diffuse), 1 - np.array(table.diffuse), None
-    value = 0.0 if table.specular else DEFAULT_REFLECTANCE
+    value = 0.0 if table.specular or table.translucent else DEFAULT_REFLECTANCE
     diffuse = np.full(3, value)
     return diffuse, 1 - diffuse, f'material "{name}" gives no diffuse: {value:g} is taken'
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radiosity.light.photometry import luminance
+from radiosity.light.bands import Bands
 from radiosity.solve.level import Level
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.sampling import hashed, places
@@ -55,10 +55,11 @@ class Estimate:
         The part of it that the mesh, and the part that far factors and rays are estimated to cause.
     patches : (k,) int
         Live patches at points of which the levels were compared.
-    found : (k, 3) float64
+    found : (k, bands) float64
         Their error bars, W/m2.
     judged : tuple
         The points (m, 3), their normals, and what an error in W/m2 at each is worth (m,).
+    bands : Bands
     """
 
     reached: float
@@ -69,28 +70,29 @@ class Estimate:
     patches: np.ndarray
     found: np.ndarray
     judged: tuple
+    bands: Bands
 
     def on_patches(self, e: np.ndarray) -> np.ndarray:
-        """Return (m, 3) error bars of irradiances e (m, 3) on the live patches.
+        """Return (m, bands) error bars of irradiances e (m, bands) on the live patches.
 
         Those that were not compared get what the others have in 95 % of their area.
         """
-        bars = (self.mesh + self.kernel) * _measure(e, self.scale)
+        bars = (self.mesh + self.kernel) * _measure(e, self.scale, self.bands)
         bars[self.patches] = self.found
         return bars
 
     def bars(self, e: np.ndarray, difference: np.ndarray) -> np.ndarray:
-        """Return (k, 3) error bars of irradiances e (k, 3) that differ so much from the check's."""
-        return _bars(e, difference, self.scatter, self.scale)
+        """Return (k, bands) error bars of irradiances e that differ so much from the check's."""
+        return _bars(e, difference, self.scatter, self.scale, self.bands)
 
 
-def _bars(e, difference, scatter, scale):
-    return np.abs(difference) + scatter * _measure(e, scale)
+def _bars(e, difference, scatter, scale, bands):
+    return np.abs(difference) + scatter * _measure(e, scale, bands)
 
 
-def _measure(e, scale):
-    """Return (k, 3) what relative errors of irradiances e refer to."""
-    y = np.maximum(luminance(e), scale)
+def _measure(e, scale, bands):
+    """Return (k, bands) what relative errors of irradiances e refer to."""
+    y = np.maximum(bands.luminance(e), scale)
     return np.maximum(e, DIM * y[:, None])
 
 
@@ -124,16 +126,17 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
         points = np.concatenate([points, goal.points])
         normals = np.concatenate([normals, goal.normals])
     here, there = level.gathered(points, normals), check.level.gathered(points, normals)
-    y = luminance(here.total)
+    bands = level.scene.bands
+    y = bands.luminance(here.total)
     scale = float(np.average(y[:many], weights=area)) if many else 0.0
     unit = yardstick(y, scale)
     error = check.share * (here.total - there.total)
-    parts = [np.abs(luminance(x)) / unit for x in (error, here.error)]
+    parts = [np.abs(bands.luminance(x)) / unit for x in (error, here.error)]
     relative = np.hypot(*parts)
     mesh, kernel, reached = (_quantile(x[:many], area) for x in (*parts, relative))
     rms = np.sqrt(np.sum(area * np.minimum(relative[:many], 1.0) ** 2) / max(area.sum(), 1e-300))
     scatter = SCATTER * min(float(rms), reached)
-    bars = _bars(here.total, error, scatter, scale) + noise_of(here, there, check.share)
+    bars = _bars(here.total, error, scatter, scale, bands) + noise_of(here, there, check.share)
     patch, which = np.unique(chosen, return_inverse=True)
     total = np.zeros((len(patch), bars.shape[1]))
     np.add.at(total, which, bars[:many] ** 2 / np.bincount(which)[which, None])
@@ -142,16 +145,17 @@ def compare(level: Level, check: Check, goal: Goal | None = None) -> Estimate:
         count, area = slice(many, None), np.ones(len(goal.points))
         reached = _quantile(relative[count], area)
     judged = points[count], normals[count], np.sqrt(area / area.sum()) / unit[count]
-    return Estimate(reached, scatter, scale, mesh, kernel, patch, np.sqrt(total), judged)
+    return Estimate(reached, scatter, scale, mesh, kernel, patch, np.sqrt(total), judged, bands)
 
 
 def unknown(level: Level) -> tuple[Check, Estimate]:
     """Return the estimate of a level that is not solved yet: errors are infinite."""
-    none = np.zeros((0, 3))
+    none, bands = np.zeros((0, 3)), level.scene.bands
     nowhere = none, none, np.zeros(0)
     return Check(level, 0.0), Estimate(
-        np.inf, np.inf, 1.0, np.inf, 0.0, np.zeros(0, int), none, nowhere
-    )
+        np.inf, np.inf, 1.0, np.inf, 0.0, np.zeros(0, int), np.zeros((0, bands.count)), nowhere,
+        bands,
+    )  # fmt: skip
 
 
 def yardstick(y: np.ndarray, scale: float) -> np.ndarray:

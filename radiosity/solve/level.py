@@ -12,20 +12,23 @@ from radiosity.mesh.elements import make_elements
 from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.scene.model import Scene, SceneError
 from radiosity.solve.assembly import fitted, raw_factors
-from radiosity.solve.methods import System, solve_bands
+from radiosity.solve.equations import Sheets, System, sheets_of
+from radiosity.solve.methods import solve_bands
 from radiosity.solve.plan import Recipe, check_memory
 from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
-from radiosity.solve.system import Terms, area_lights, make_terms
+from radiosity.solve.system import Terms, lights_of, make_terms
 from radiosity.transport.arrival import Arrival, Senders, arriving, make_senders
 from radiosity.transport.closure import repaired
 from radiosity.transport.factors import patch_geometry
 from radiosity.transport.irradiance import Surroundings
+from radiosity.transport.lamps import lamp_irradiance, lamps_on
 from radiosity.transport.linear import LinearFactors, linear_factors
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
 
 LOST = 1e-9  # share of a row's light that leaves it: more than rounding
+THROUGH = "gmres", "jacobi", "direct"  # solvers that know translucent sheets
 STIFF = 0.02  # margin below which an iteration would crawl: solve directly
 
 
@@ -43,10 +46,14 @@ class Level:
         The elements of the live patches.
     factors : FormFactors or LinearFactors
         Between all patches, or between the elements of the live ones.
-    coefficients, arriving : (width m, 3) float64
+    coefficients, arriving : (width m, bands) float64
         Of radiosity and irradiance on the m live patches, W/m2.
     outside : (width m,) float64
         Coefficients of the factor to the outside.
+    lamplight : (width m, bands) float64
+        Coefficients of the irradiance that abstract light sources cause, W/m2.
+    sheets : Sheets or None
+        What goes through translucent ones.
     history : list of float
         The solver's error bound after each iteration.
     solver : str
@@ -62,6 +69,8 @@ class Level:
     coefficients: np.ndarray
     arriving: np.ndarray
     outside: np.ndarray
+    lamplight: np.ndarray
+    sheets: Sheets | None
     history: list
     solver: str
 
@@ -78,25 +87,38 @@ class Level:
 
     @property
     def emitted(self) -> np.ndarray:
-        """Return the coefficients (width m, 3) of the emission."""
+        """Return the coefficients (width m, bands) of the emission."""
         emission = np.zeros_like(self.coefficients)
         emission[: len(self.rows)] = self.terms.emission[self.rows]
         return emission
 
-    def reflected(self, coefficients: np.ndarray) -> np.ndarray:
-        """Return the coefficients of what is reflected, once, of light that live patches send."""
-        rho = np.tile(self.terms.reflectance[self.rows], (self.senders.elements.width, 1))
+    @property
+    def entering(self) -> np.ndarray:
+        """Return the coefficients (width m, bands) of irradiance that no patch sends."""
+        return _entering(self.scene, self.outside) + self.lamplight
+
+    def arrived(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return the coefficients of the irradiance that radiosities of the live patches cause."""
         if self.senders.elements.order == 1:
-            return rho * (self.factors @ coefficients)
-        return rho * (self.factors @ self.on_patches(coefficients))[self.rows]
+            return self.factors @ coefficients
+        return (self.factors @ self.on_patches(coefficients))[self.rows]
+
+    def scattered(self, e: np.ndarray) -> np.ndarray:
+        """Return the coefficients of what irradiances make patches send, once."""
+        sent = self._reflectance * e
+        return sent if self.sheets is None else sent + self.sheets.passed(e)
+
+    @property
+    def _reflectance(self):
+        return np.tile(self.terms.reflectance[self.rows], (self.senders.elements.width, 1))
 
     @cached_property
     def surroundings(self) -> Surroundings:
         """Return what rays that look around meet."""
-        value = self.coefficients
-        lights = area_lights(self.scene)
+        lights = lights_of(self.scene)
+        value = self.coefficients - self._reflectance * self.lamplight
         if len(lights.polygons):
-            value = value - self.emitted - self.reflected(self.emitted)
+            value = value - self.emitted - self._reflectance * self.arrived(self.emitted)
         return surroundings_of(
             self.scene, self.reach, lights, self.on_patches(value), self._slopes(value),
             self.recipe.seed, True,
@@ -114,7 +136,7 @@ class Level:
 
     @property
     def escaping(self) -> np.ndarray:
-        """Return (m, 3): the radiosity of each live patch that leaves the scene, W/m2."""
+        """Return (m, bands): the radiosity of each live patch that leaves the scene, W/m2."""
         if self.senders.elements.order == 1:
             return self.factors.escaping(self.senders.elements, self.coefficients)
         return self.coefficients * self.outside[:, None]
@@ -122,11 +144,15 @@ class Level:
     def gathered(
         self, points: np.ndarray, normals: np.ndarray, progress: Progress = silent
     ) -> Arrival:
-        """Return the irradiance (k, 3) in W/m2 at points of unit normals, and what rays cost it."""
+        """Return the irradiance (k, bands) in W/m2 at points of unit normals, and its error."""
         found = arriving(
             self.senders, self.coefficients, points, normals, seed=self.recipe.seed,
             progress=progress,
         )  # fmt: skip
+        if self.scene.lights:
+            found.total[:] += lamp_irradiance(
+                self.reach.visibility, self.scene.lights, points, normals, self.scene.unit_m
+            )
         if self.scene.ambient.any():
             share, error = self._sky_at(points, normals)
             found.total[:] += np.pi * share[:, None] * self.scene.ambient
@@ -194,20 +220,23 @@ def solve_level(
         outside, own = factors.outside, rows
     else:
         if factors is None:
-            factors = repaired(raw_factors(
-                reach, recipe.factors, recipe.seed, progress, not recipe.force
-            ))
+            factors = repaired(
+                raw_factors(reach, recipe.factors, recipe.seed, progress, not recipe.force)
+            )
         else:
             factors = fitted(factors, reach)
         outside, own = factors.environment, np.arange(len(patches))
-    system = _system(scene, terms, factors, outside, own, elements.width)
+    lamplight = _lamplight(scene, reach, elements, len(own), constant)
+    entering = _entering(scene, outside) + lamplight
+    sheets = sheets_of(terms, elements, rows)
+    spread = sheets if sheets is None or recipe.order == 1 else sheets.spread(rows, len(own))
+    system = _system(terms, factors, entering, own, elements.width, spread)
     solver = suited(recipe.solver, system, reach.live[own])
 
     def level(b, history):
-        e = factors @ b + _entering(scene, outside)
-        parts = b, e, outside
-        b, e, out = parts if recipe.order == 1 else (x[rows] for x in parts)
-        return Level(scene, reach, terms, recipe, senders, factors, b, e, out, history, solver)
+        parts = b, factors @ b + entering, outside, lamplight
+        parts = parts if recipe.order == 1 else (x[rows] for x in parts)
+        return Level(scene, reach, terms, recipe, senders, factors, *parts, sheets, history, solver)
 
     seen = None if watch is None else lambda b: watch(level(b.copy(), []))
     return level(*solve_bands(solver, system, recipe.tolerance, recipe.force, seen))
@@ -218,30 +247,51 @@ def _entering(scene, outside):
     return np.pi * outside[:, None] * scene.ambient
 
 
-def _system(scene, terms, factors, outside, own, width) -> System:
+def _lamplight(scene, reach, elements, own, constant):
+    """Return the coefficients (width own, bands) of lamps' light on the live patches, or on all."""
+    found = np.zeros((elements.width * own, scene.bands.count))
+    if scene.lights:
+        live = lamps_on(reach.visibility, scene.lights, elements, scene.unit_m)
+        found[slice(None) if elements.order == 1 else reach.live] = live
+        if constant:
+            found[own:] = 0.0
+    return found
+
+
+def _system(terms, factors, entering, own, width, sheets) -> System:
     """Return the equations of the coefficients of patches ``own``."""
     rho = np.tile(terms.reflectance[own], (width, 1))
-    source = rho * _entering(scene, outside)
+    source = rho * entering
+    if sheets is not None:
+        source += sheets.passed(entering)
     source[: len(own)] += terms.emission[own]
-    return System(factors, rho, np.tile(terms.absorptance[own], (width, 1)), source)
+    return System(factors, rho, np.tile(terms.absorptance[own], (width, 1)), source, sheets)
 
 
 def suited(solver, system, live):
-    """Refuse rooms that nothing absorbs in; solve directly where bounces hardly fade."""
+    """Refuse rooms that nothing absorbs in; solve directly where bounces hardly fade.
+
+    Where sheets let light through, one that knows them takes the place of one that does not.
+    """
     if np.any(system.absorptance <= 0.0) and np.any(_never_fades(system, live)):
         raise SceneError(
             "materials",
             ["every lit surface has reflectance 1 in a closed scene, or in a closed part of it, "
              "so light never fades: let something absorb (diffuse below 1)"],
         )  # fmt: skip
-    return "direct" if system.margin < STIFF else solver
+    if system.margin < STIFF:
+        return "direct"
+    return "gmres" if system.sheets is not None and solver not in THROUGH else solver
 
 
 def _never_fades(system, live) -> np.ndarray:
     """Return (parts, bands) bool: closed parts of the scene where nothing lit absorbs."""
     n = len(live)
     matrix, loss = system.factors.rows()[0][:n, :n], system.factors.loss[:n]
-    parts, part = connected_components(csr_matrix(matrix > 0), directed=False)
+    linked = csr_matrix(matrix > 0)
+    if system.sheets is not None:
+        linked = linked + abs(system.sheets.across[:n, :n])
+    parts, part = connected_components(linked, directed=False)
     fades = np.zeros((parts, system.reflectance.shape[1]), bool)
     absorbs = system.absorptance[:n] > 0.0
     np.logical_or.at(fades, part, absorbs | (loss > LOST)[:, None])

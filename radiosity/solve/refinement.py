@@ -11,7 +11,6 @@ to a point are therefore made small beforehand: what it sees of each is a small 
 
 import numpy as np
 
-from radiosity.light.photometry import luminance
 from radiosity.mesh.division import Division
 from radiosity.mesh.elements import make_elements
 from radiosity.scene.model import Scene
@@ -103,7 +102,7 @@ def blame(
     random = np.random.default_rng(level.recipe.seed)
     signs = np.sqrt(k) * np.eye(k) if k <= SIGNS else random.choice([-1.0, 1.0], (SIGNS, k))
     share = _importance(level, (signs * worth[some]) @ weights) * _residual(level, coarse)
-    share = luminance(share).reshape(len(signs), 3, len(rows)).sum(axis=1)
+    share = level.scene.bands.luminance(share).reshape(len(signs), 3, len(rows)).sum(axis=1)
     split, patches = grid.division.splits[-1], level.reach.patches
     parent = np.repeat(np.arange(len(split)), split**2)[_cells(patches)[patches.front_of[rows]]]
     total = np.array([np.bincount(parent, one, minlength=len(split)) for one in share])
@@ -111,20 +110,24 @@ def blame(
 
 
 def _importance(level, weights):
-    """Return (k, width m, 3): the solutions p = w + p rho F for rows of weights (k, width m).
+    """Return (k, width m, bands): the solutions p = w + p rho F for rows of weights (k, width m).
 
     To SETTLED, or, where bounces hardly fade, their first SWEEPS: they only choose cells.
     """
-    rho = np.tile(level.terms.reflectance[level.rows], (3, 1))
-    matrix, found = level.factors.matrix, np.empty((*weights.shape, 3))
-    for band in range(3):
-        same = [k for k in range(band) if np.array_equal(rho[:, k], rho[:, band])]
+    rho, sheets = np.tile(level.terms.reflectance[level.rows], (3, 1)), level.sheets
+    laws = rho if sheets is None else np.concatenate([rho, sheets.transmittance])
+    matrix, found = level.factors.matrix, np.empty((*weights.shape, rho.shape[1]))
+    for band in range(rho.shape[1]):
+        same = [k for k in range(band) if np.array_equal(laws[:, k], laws[:, band])]
         if same:
             found[..., band] = found[..., same[0]]
             continue
         p = weights
         for _ in range(SWEEPS):
-            before, p = p, weights + (p * rho[:, band]) @ matrix
+            sent = p * rho[:, band]
+            if sheets is not None:
+                sent += sheets.asked(p, band)
+            before, p = p, weights + sent @ matrix
             if np.abs(p - before).max() <= SETTLED * np.abs(p).max():
                 break
         found[..., band] = p
@@ -132,13 +135,13 @@ def _importance(level, weights):
 
 
 def _residual(level, coarse):
-    """Return the coefficients (width m, 3) of the residual of a coarse solution on a fine mesh."""
+    """Return the coefficients (width m, bands) of a coarse solution's residual on a fine mesh."""
     apart = level.coefficients - _put_on(level, coarse)
-    return apart - level.reflected(apart)
+    return apart - level.scattered(level.arrived(apart))
 
 
 def _put_on(level, coarse):
-    """Return the coefficients (width m, 3) on a level's mesh of a coarse one's solution."""
+    """Return the coefficients (width m, bands) on a level's mesh of a coarse one's solution."""
     patches, rows, theirs = level.reach.patches, level.rows, coarse.reach.patches
     where, centres = patches.face[rows], patches.centroid[rows]
     parent = fronts_at(coarse.reach.table, where, centres)

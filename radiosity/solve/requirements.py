@@ -15,11 +15,11 @@ from radiosity.scene.model import Scene
 from radiosity.solve.adapt import AIM, MORE_RAYS, ROUNDS, STEPS, Rounds
 from radiosity.solve.clustered import coarser, solve_clusters
 from radiosity.solve.estimate import COARSER, Check, compare
-from radiosity.solve.level import STIFF, solve_level
+from radiosity.solve.level import STIFF, THROUGH, solve_level
 from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import WORTH
-from radiosity.solve.system import area_lights
+from radiosity.solve.system import lights_of, translucent
 
 TRIED = 0.1  # share of the work foreseen that rounds are tried for, at least one
 # Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
@@ -192,7 +192,7 @@ def _clocked(work, *what):
 
 def _requirements(scene, plan, reach, is_open) -> tuple[Requirement, ...]:
     """Return the decisions, in the order of the light's way."""
-    light = _bands, _visibility, _backs, _environment, _highlights, _lights
+    light = _bands, _visibility, _backs, _environment, _highlights, _lights, _lamps
     others = _elements, _solver, _detail
     return tuple(make(scene, plan, reach, is_open) for make in (*light, *others))
 
@@ -200,14 +200,15 @@ def _requirements(scene, plan, reach, is_open) -> tuple[Requirement, ...]:
 def _bands(scene, plan, reach, is_open):
     used = [scene.materials[k] for k in np.unique(scene.faces.material)]
     rho = np.array([m.diffuse for m in used])
-    emitted = np.array([m.emission for m in used] + [scene.ambient])
+    lamps = [lamp.strength for lamp in scene.lights]
+    emitted = np.array([m.emission for m in used] + [scene.ambient, *lamps])
     grey = np.all(rho == rho[:, :1]) and np.linalg.matrix_rank(emitted) <= 1
     grey = grey and all(m.texture is None or m.texture.grey for m in used)
     if plan.recipe.force:
-        return Requirement("bands", "3", "all are asked for (--force)")
+        return Requirement("bands", str(scene.bands.count), "all are asked for (--force)")
     if grey:
         return Requirement("bands", "1", "all is grey, and all lights have one colour")
-    return Requirement("bands", "3", "reflectances or lights differ in colour")
+    return Requirement("bands", str(scene.bands.count), "reflectances or lights differ in colour")
 
 
 def _visibility(scene, plan, reach, is_open):
@@ -252,9 +253,16 @@ def _lights(scene, plan, reach, is_open):
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
     if not emits.any():
         return Requirement("area lights", "nothing", "no face emits")
-    one_by_one = len(area_lights(scene).polygons)
+    one_by_one = len(lights_of(scene).polygons)
     how = "one by one" if one_by_one else "as patches: too many"
     return Requirement("area lights", f"{int(emits.sum())}", f"sampled {how} in pictures")
+
+
+def _lamps(scene, plan, reach, is_open):
+    if scene.lights:
+        why = "exact at points, averaged over patches, with shadows"
+        return Requirement("abstract lights", f"{len(scene.lights)}", why)
+    return Requirement("abstract lights", "nothing", "there are none")
 
 
 def _elements(scene, plan, reach, is_open):
@@ -271,6 +279,8 @@ def _solver(scene, plan, reach, is_open):
     left = min(float(m.least_absorptance.min()) for m in scene.materials)
     if left < STIFF and not is_open:
         return Requirement("solver", "direct", "reflectances near 1: bounces hardly fade")
+    if translucent(scene)[scene.faces.material].any() and plan.recipe.solver not in THROUGH:
+        return Requirement("solver", "gmres", "light goes through translucent sheets")
     return Requirement("solver", plan.recipe.solver, "the matrix is dense")
 
 

@@ -18,7 +18,7 @@ from radiosity.transport.threads import Progress, silent
 
 @dataclass(frozen=True)
 class Balance:
-    """Power in W a band (3,): what is emitted (or enters) is absorbed or escapes."""
+    """Power in W a band (bands,): what is emitted (or enters) is absorbed or escapes."""
 
     emitted: np.ndarray
     absorbed: np.ndarray
@@ -71,22 +71,22 @@ class Solution:
 
     @property
     def reflectance(self) -> np.ndarray:
-        """Return (n, 3) reflectances."""
+        """Return (n, bands) reflectances."""
         return self.level.terms.reflectance
 
     @property
     def emission(self) -> np.ndarray:
-        """Return (n, 3) exitance of the patches' own in W/m2."""
+        """Return (n, bands) exitance of the patches' own in W/m2."""
         return self.level.terms.emission
 
     @cached_property
     def irradiance_on(self) -> np.ndarray:
-        """Return (n, 3) mean irradiance E on each patch, W/m2."""
+        """Return (n, bands) mean irradiance E on each patch, W/m2."""
         return self.level.on_patches(self.level.arriving)
 
     @cached_property
     def radiosity(self) -> np.ndarray:
-        """Return (n, 3) mean radiosity B = M_e + rho E of each patch, W/m2."""
+        """Return (n, bands) mean radiosity B = M_e + rho E of each patch, W/m2."""
         return self.level.on_patches(self.level.coefficients)
 
     @property
@@ -120,9 +120,8 @@ class Solution:
         level, rows = self.level, self.level.rows
         area = (self.patches.area[rows] * self.scene.unit_m**2)[:, None]
         m = len(rows)
-        entering = np.pi * level.outside[:m, None] * self.scene.ambient
         return Balance(
-            emitted=(area * (level.terms.emission[rows] + entering)).sum(axis=0),
+            emitted=(area * (level.terms.emission[rows] + level.entering[:m])).sum(axis=0),
             absorbed=(area * level.terms.absorptance[rows] * level.arriving[:m]).sum(axis=0),
             escaped=(area * level.escaping).sum(axis=0),
         )
@@ -138,7 +137,7 @@ class Solution:
 
     @property
     def error(self) -> np.ndarray:
-        """Return (n, 3) estimated errors of the irradiance on each patch, W/m2."""
+        """Return (n, bands) estimated errors of the irradiance on each patch, W/m2."""
         rows, found = self.level.rows, np.zeros_like(self.irradiance_on)
         found[rows] = self.estimate.on_patches(self.irradiance_on[rows])
         return found
@@ -157,9 +156,9 @@ class Solution:
 
         Returns
         -------
-        E : (k, 3) float64
+        E : (k, bands) float64
             W/m2 for each band.
-        error : (k, 3) float64
+        error : (k, bands) float64
             What at least 95 % of the errors stay below, estimated from another level, see
             `Solution.estimate`, and from rays where those had to tell what is seen.
 
@@ -179,7 +178,7 @@ class Solution:
     @property
     def illuminance(self) -> np.ndarray:
         """Return (n,) mean illuminance on each patch in lx."""
-        return illuminance(self.irradiance_on)
+        return illuminance(self.irradiance_on, self.scene.bands)
 
     def truth_error(self) -> float | None:
         """Return the largest relative error against the answer the scene carries, if any."""

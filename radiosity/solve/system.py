@@ -7,7 +7,7 @@ import numpy as np
 from radiosity.light.reflection import phong_albedo
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Material, Scene
-from radiosity.transport.irradiance import AreaLights
+from radiosity.transport.irradiance import Lights
 from radiosity.transport.lookup import make_table
 
 MOST_LIGHTS = 32  # more emitting faces than this are not sampled one by one
@@ -15,15 +15,21 @@ MOST_LIGHTS = 32  # more emitting faces than this are not sampled one by one
 
 @dataclass(frozen=True)
 class Terms:
-    """Per patch: reflectance rho, 1 - rho and emission M_e, (n, 3); dead patches are black."""
+    """Per patch: reflectance, what is absorbed and emission M_e, (n, bands); dead ones are black.
+
+    ``transmittance`` (n, bands) goes through to the patch ``twin`` (n,) on the other side; both are
+    None where nothing is translucent.
+    """
 
     reflectance: np.ndarray
     absorptance: np.ndarray
     emission: np.ndarray
+    transmittance: np.ndarray | None = None
+    twin: np.ndarray | None = None
 
 
 def reflectance_of(material: Material) -> np.ndarray:
-    """Return the (3,) share of diffuse light that a material sends back.
+    """Return the (bands,) share of diffuse light that a material sends back.
 
     A specular lobe counts with its albedo under diffuse light, spread evenly.
     """
@@ -57,7 +63,26 @@ def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:
     emission = np.pi * np.array([m.emission for m in scene.materials])[material]
     rho[~live], absorptance[~live] = 0.0, 1.0
     emission[~live | ~patches.front] = 0.0
-    return Terms(rho, absorptance, emission)
+    through = _through(scene, patches, live)
+    if through is None:
+        return Terms(rho, absorptance, emission)
+    return Terms(rho, absorptance - through[0], emission, *through)
+
+
+def _through(scene, patches, live):
+    """Return (n, bands) what goes through patches, and (n,) to which; None where nothing does."""
+    tau = translucent(scene)
+    if not tau[scene.faces.material].any():
+        return None
+    twin = np.append(patches.back_of, patches.front_of[patches.fronts :])
+    passes = live & (twin >= 0) & live[twin]
+    return np.where(passes[:, None], tau[scene.faces.material[patches.face]], 0.0), twin
+
+
+def translucent(scene: Scene) -> np.ndarray:
+    """Return (materials, bands): the share of light that goes through."""
+    none = np.zeros(scene.bands.count)
+    return np.array([none if m.translucent is None else m.translucent for m in scene.materials])
 
 
 def textured_sides(scene: Scene) -> np.ndarray:
@@ -67,25 +92,28 @@ def textured_sides(scene: Scene) -> np.ndarray:
 
 
 def _absorptance(scene: Scene) -> np.ndarray:
-    """Return (materials, 3): 1 - reflectance, with the digits that a material gives it."""
-    diffuse = np.array([m.diffuse for m in scene.materials]).reshape(-1, 3)
-    given = np.array([m.absorptance for m in scene.materials]).reshape(-1, 3)
+    """Return (materials, bands): 1 - reflectance, with the digits that a material gives it."""
+    diffuse = np.array([m.diffuse for m in scene.materials]).reshape(-1, scene.bands.count)
+    given = np.array([m.absorptance for m in scene.materials]).reshape(-1, scene.bands.count)
     lobes = side_reflectance(scene)[0] - diffuse
     return given - lobes
 
 
 def side_reflectance(scene: Scene) -> np.ndarray:
-    """Return (2, materials, 3): reflectance of the fronts and the backs of each material."""
-    front = np.array([reflectance_of(m) for m in scene.materials]).reshape(-1, 3)
+    """Return (2, materials, bands): reflectance of the fronts and the backs of each material."""
+    front = np.array([reflectance_of(m) for m in scene.materials]).reshape(-1, scene.bands.count)
     two_sided = np.array([m.two_sided for m in scene.materials])
     return np.stack([front, front * two_sided[:, None]])
 
 
-def area_lights(scene: Scene, most: int = MOST_LIGHTS) -> AreaLights:
-    """Return the emitting faces to sample one by one: all of them, or none where above ``most``."""
+def lights_of(scene: Scene, most: int = MOST_LIGHTS) -> Lights:
+    """Return the lights to sample one by one, of the emitting faces none where above ``most``."""
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
     which = np.flatnonzero(emits)
     if len(which) > most:
         which = which[:0]
     exitance = np.pi * np.array([m.emission for m in scene.materials])[scene.faces.material]
-    return AreaLights(scene.faces.vertices[which], scene.faces.normals()[which], exitance[which])
+    return Lights(
+        scene.faces.vertices[which], scene.faces.normals()[which], exitance[which], scene.lights,
+        scene.unit_m,
+    )  # fmt: skip

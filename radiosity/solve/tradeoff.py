@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radiosity.light.photometry import luminance
 from radiosity.scene.model import Scene
 from radiosity.solve.adapt import refined_clusters
 from radiosity.solve.estimate import evenly, yardstick
@@ -55,7 +54,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Reference:
-    """A far finer solution: irradiance (k, 3) at points of all surfaces, and its own error."""
+    """A far finer solution: irradiance (k, bands) at points of all surfaces, and its own error."""
 
     points: np.ndarray
     normals: np.ndarray
@@ -65,6 +64,7 @@ class Reference:
 
     def error_of(self, solution: Solution) -> float:
         """Return the 95th percentile of a solution's errors, in the norm of the accuracy."""
+        luminance = solution.scene.bands.luminance
         y = luminance(self.irradiance)
         found = luminance(solution.irradiance(self.points, self.normals)[0])
         return float(np.percentile(np.abs(found - y) / yardstick(y, self.scale), 95))

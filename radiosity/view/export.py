@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from radiosity.light.bands import Bands
 from radiosity.light.photometry import illuminance
 from radiosity.solve.solution import Solution
 from radiosity.transport.files import written_whole
@@ -13,11 +14,9 @@ from radiosity.view.polydata import SIDES, shown_patches, to_pyvista
 COLUMNS = (
     *("index", "face", "material", "group", "side"),
     *("x", "y", "z", "nx", "ny", "nz", "area_m2"),
-    *("emission_r_W_m2", "emission_g_W_m2", "emission_b_W_m2"),
-    *("irradiance_r_W_m2", "irradiance_g_W_m2", "irradiance_b_W_m2"),
-    *("radiosity_r_W_m2", "radiosity_g_W_m2", "radiosity_b_W_m2"),
-    *("illuminance_lx", "error_lx"),
 )
+BANDED = "emission", "irradiance", "radiosity"  # then a column each for each band, and the rest
+REST = "illuminance_lx", "error_lx"
 
 
 def check_suffix(path: str | PathLike) -> None:
@@ -39,8 +38,8 @@ def check_suffix(path: str | PathLike) -> None:
 def save(solution: Solution, path: str | PathLike) -> None:
     """Write a solution: whole, or not at all.
 
-    ``.vtp`` holds the mesh of `to_pyvista`; ``.csv`` the columns `COLUMNS`, one row a patch, in
-    full precision; ``.npz`` plain arrays (no pickle) named as in `arrays`. All leave out the
+    ``.vtp`` holds the mesh of `to_pyvista`; ``.csv`` the columns of `columns`, one row a patch,
+    in full precision; ``.npz`` plain arrays (no pickle) named as in `arrays`. All leave out the
     fronts that another face covers. Coordinates are in scene units.
 
     Raises
@@ -63,13 +62,19 @@ def save(solution: Solution, path: str | PathLike) -> None:
         _WRITERS[Path(path).suffix.lower()](solution, temporary)
 
 
+def columns(bands: Bands) -> tuple[str, ...]:
+    """Return the heads of the columns of a ``.csv`` file."""
+    banded = (f"{what}_{name}_W_m2" for what in BANDED for name in bands.names)
+    return (*COLUMNS, *banded, *REST)
+
+
 def arrays(solution: Solution) -> dict[str, np.ndarray]:
     """Return the patches as named arrays, all rows in the same order.
 
     ``vertices`` (n, 4, 3), counter-clockwise seen from the active side, a triangle repeats its
     last; ``normal``, ``centroid`` (n, 3); ``area_m2``, ``illuminance_lx``, ``error_lx`` (n,);
-    ``emission``, ``irradiance``, ``radiosity`` (n, 3) in W/m2, ``reflectance`` (n, 3); integers
-    (n,) ``index``
+    ``emission``, ``irradiance``, ``radiosity`` (n, bands) in W/m2, ``reflectance`` (n, bands),
+    with the ``bands``' names; integers (n,) ``index``
     (of the patch in the solution), ``face``, ``material``, ``group``, ``side``, the last three
     into ``material_names``, ``group_names``, ``side_names``; ``scene``, ``unit``, ``unit_m``.
     """
@@ -90,10 +95,11 @@ def arrays(solution: Solution) -> dict[str, np.ndarray]:
         "irradiance": solution.irradiance_on[shown],
         "radiosity": solution.radiosity[shown],
         "illuminance_lx": solution.illuminance[shown],
-        "error_lx": illuminance(solution.error[shown]),
+        "error_lx": illuminance(solution.error[shown], scene.bands),
         "material_names": np.array([m.name for m in scene.materials], dtype=np.str_),
         "group_names": np.array(scene.groups, dtype=np.str_),
         "side_names": np.array(SIDES, dtype=np.str_),
+        "bands": np.array(scene.bands.names, dtype=np.str_),
         "scene": np.array(scene.name, dtype=np.str_),
         "unit": np.array(scene.unit, dtype=np.str_),
         "unit_m": np.array(scene.unit_m),
@@ -113,7 +119,7 @@ def _write_csv(solution, path):
     import csv
 
     a = arrays(solution)
-    columns = [
+    values = [
         a["index"],
         a["face"],
         a["material_names"][a["material"]],
@@ -130,8 +136,8 @@ def _write_csv(solution, path):
     ]
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(zip(*(c.tolist() for c in columns), strict=True))
+        writer.writerow(columns(solution.scene.bands))
+        writer.writerows(zip(*(c.tolist() for c in values), strict=True))
 
 
 _WRITERS = {".vtp": _write_vtp, ".csv": _write_csv, ".npz": _write_npz}

@@ -14,20 +14,21 @@ class Film:
 
     width: int
     height: int
-    total: np.ndarray  # (pixels, 3) radiance
-    indirect: np.ndarray  # (pixels, 3) irradiance that patches cause
+    total: np.ndarray  # (pixels, bands) radiance
+    indirect: np.ndarray  # (pixels, bands) irradiance that patches cause
     point: np.ndarray  # (pixels, 3)
     nearness: np.ndarray  # (pixels,)
     face: np.ndarray  # (pixels,) face and side all sight lines met, MIXED where several
-    diffuse: np.ndarray | None = None  # (pixels, 3) reflectance, of scenes with textures
+    diffuse: np.ndarray | None = None  # (pixels, bands) reflectance, of scenes with textures
 
     @classmethod
-    def blank(cls, width: int, height: int, textured: bool = False) -> "Film":
+    def blank(cls, width: int, height: int, bands: int, textured: bool = False) -> "Film":
         """Return a film that no light has met."""
         n = width * height
-        zeros = [np.zeros((n, 3)) for _ in range(3)]
-        diffuse = np.zeros((n, 3)) if textured else None
-        return cls(width, height, *zeros, np.zeros(n), np.full(n, MIXED), diffuse)
+        light = [np.zeros((n, bands)) for _ in range(2)]
+        diffuse = np.zeros((n, bands)) if textured else None
+        face = np.full(n, MIXED)
+        return cls(width, height, *light, np.zeros((n, 3)), np.zeros(n), face, diffuse)
 
     def add(self, pixels, index, plane, points, leaving, indirect, nearness) -> None:
         """Add what one pass found at some pixels."""
@@ -39,9 +40,9 @@ class Film:
         self.face[pixels] = same
 
     def developed(self, passes: int, shading: Shading) -> np.ndarray:
-        """Return (h, w, 3) mean radiance with its indirect part smoothed."""
+        """Return (h, w, bands) mean radiance with its indirect part smoothed."""
         shape = self.height, self.width
-        noisy = self.indirect.reshape(*shape, 3) / passes
+        noisy = self.indirect.reshape(*shape, -1) / passes
         face = self.face.reshape(shape)
         smooth = smoothed(
             noisy, self.point.reshape(*shape, 3) / passes,
@@ -49,7 +50,7 @@ class Film:
         )  # fmt: skip
         diffuse = shading.plane_diffuse[face]
         if self.diffuse is not None:
-            diffuse = self.diffuse.reshape(*shape, 3) / passes
+            diffuse = self.diffuse.reshape(*shape, -1) / passes
         change = diffuse * (smooth - noisy) / np.pi
         change[face == MIXED] = 0.0
-        return self.total.reshape(*shape, 3) / passes + change
+        return self.total.reshape(*shape, -1) / passes + change

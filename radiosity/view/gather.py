@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numba import njit
 
+from radiosity.light.bands import Bands
 from radiosity.light.reflection import lambert
 from radiosity.scene.model import Camera
 from radiosity.solve.plan import check_fits
@@ -30,7 +31,7 @@ SAMPLES = 128  # rays over a pixel's hemisphere by default
 A_PASS = 8  # of them in one pass
 LIGHT_RAYS = 4  # to each light in one pass
 PIXELS_AT_ONCE = 8192
-BYTES_A_PIXEL = 250  # the film, and the copies that developing it makes
+BYTES_A_PIXEL, BYTES_A_BAND = 70, 60  # the film, and the copies that developing it makes
 LAYERS = 16  # unmodelled backs that a sight line passes through
 
 
@@ -77,7 +78,7 @@ def render(
     for done in range(1, total + 1):
         film = next(exposures)
         progress("final gather", done, total)
-    return Image(film.developed(total, shading), auto_exposure(solution))
+    return _picture(film, total, shading, solution, auto_exposure(solution))
 
 
 def pass_count(samples: int) -> int:
@@ -102,15 +103,19 @@ def passes(
     shading, exposure = make_shading(solution), auto_exposure(solution)
     films = _exposures(solution, shading, camera, size, pass_count(samples), stop)
     for done, film in enumerate(films, 1):
-        yield Image(film.developed(done, shading), exposure)
+        yield _picture(film, done, shading, solution, exposure)
+
+
+def _picture(film, done, shading, solution, exposure) -> Image:
+    return Image(solution.scene.bands.to_rgb(film.developed(done, shading)), exposure)
 
 
 def _exposures(solution, shading, camera, size, count, stop=lambda: False) -> Iterator[Film]:
     """Yield one film, exposed by one more pass each time, until all are done or ``stop()``."""
     camera = find_camera(solution.scene, camera)
-    width, height = picture_size(camera, size)
-    detail = shading.detail
-    film = Film.blank(width, height, detail is not None and detail.textured)
+    bands, detail = solution.scene.bands, shading.detail
+    width, height = picture_size(camera, size, bands)
+    film = Film.blank(width, height, bands.count, detail is not None and detail.textured)
     for index in range(count):
 
         def expose(a, b, index=index):
@@ -138,7 +143,7 @@ def find_camera(scene, camera: Camera | str | None) -> Camera:
     return scene.cameras[camera]
 
 
-def picture_size(camera: Camera, size: tuple[int, int] | None) -> tuple[int, int]:
+def picture_size(camera: Camera, size: tuple[int, int] | None, bands: Bands) -> tuple[int, int]:
     """Return (w, h) in pixels, the camera's own by default.
 
     Raises
@@ -151,7 +156,7 @@ def picture_size(camera: Camera, size: tuple[int, int] | None) -> tuple[int, int
     width, height = size or camera.size
     if not (1 <= width <= 16384 and 1 <= height <= 16384):
         raise ValueError(f"size = {width}x{height} must lie between 1x1 and 16384x16384 pixels")
-    needed = BYTES_A_PIXEL * width * height
+    needed = (BYTES_A_PIXEL + BYTES_A_BAND * bands.count) * width * height
     check_fits(f"{width} x {height} pixels", needed, None, "use a smaller --size")
     return width, height
 
@@ -229,13 +234,14 @@ def _dusk(solution, fronts):
 def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, index: int):
     """Return what leaves points of patches towards the viewer.
 
-    L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point.
+    L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point; of a
+    translucent sheet + tau E/pi, with E on its other side.
 
     Returns
     -------
-    leaving : (k, 3) float64
+    leaving : (k, bands) float64
         L in W/(m2 sr).
-    indirect : (k, 3) float64
+    indirect : (k, bands) float64
         The part of E in W/m2 that does not come straight from area lights.
     nearness : (k,) float64
         Mean of 1/distance to the surroundings.
@@ -252,11 +258,13 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
         points += LIFT / around.visibility.scale * (flat - normals)
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
-    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
-    arriving = indirect + direct_irradiance(
-        around.visibility, around.lights, points, normals, keys, aims, seed
-    )
+    arriving, indirect, nearness = _arriving(around, points, normals, keys, looks, aims, seed)
     leaving = shading.emission[rows] + lambert(diffuse) * arriving
+    if shading.through is not None:
+        through = shading.through[rows]
+        k = np.flatnonzero(through.any(axis=1))
+        behind = _arriving(around, points[k], -normals[k], keys[k], looks, aims, seed)[0]
+        leaving[k] += lambert(through[k]) * behind
     for which, lobe in enumerate(shading.lobes):
         k = np.flatnonzero(shading.lobe[rows] == which)
         if lobe is not None and len(k):
@@ -264,3 +272,10 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
                 around, lobe, points[k], normals[k], to_view[k], keys[k], aims, seed
             )
     return leaving, indirect, nearness
+
+
+def _arriving(around, points, normals, keys, looks, aims, seed):
+    """Return the irradiance (k, bands), what of it is indirect, and the nearness (k,)."""
+    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
+    direct = direct_irradiance(around.visibility, around.lights, points, normals, keys, aims, seed)
+    return indirect + direct, indirect, nearness

@@ -29,7 +29,7 @@ def _squares(keys, salt, samples, seed):
 def glossy_radiance(
     around: Surroundings, lobe: Phong, points, normals, to_view, keys, samples: range, seed: int
 ):
-    """Return (k, 3) radiance that a lobe reflects towards the viewer, W/(m2 sr).
+    """Return (k, bands) radiance that a lobe reflects towards the viewer, W/(m2 sr).
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def glossy_radiance(
 
 
 def highlight(around, lobe, light, points, normals, to_view, keys, samples, seed):
-    """Return (k, 3) radiance of one area light in the lobe, by points on the light (E9).
+    """Return (k, bands) radiance of one area light in the lobe, by points on the light (E9).
 
     Mean over points of f(L, V) L_e cos(theta) cos(theta_l) A / r^2, where visible.
     """
@@ -66,7 +66,7 @@ def highlight(around, lobe, light, points, normals, to_view, keys, samples, seed
 
 
 def reflected_surroundings(around, lobe, points, normals, to_view, keys, samples, seed):
-    """Return (k, 3) radiance of the patches in the lobe, lights apart, by directions in it (E9).
+    """Return (k, bands) radiance of the patches in the lobe, by directions in it (E9).
 
     Directions have the density (n + 1)/(2 pi) cos^n about the mirror direction of the view.
     """

@@ -25,7 +25,7 @@ def shown_patches(solution: Solution) -> np.ndarray:
 
 
 def corner_radiosity(solution: Solution) -> np.ndarray:
-    """Return (n, 4, 3) radiosities in W/m2 at the corners of all patches, smooth across cells."""
+    """Return (n, 4, bands) radiosities in W/m2 at the patches' corners, smooth across cells."""
     patches, b = solution.patches, solution.radiosity
     around = find_neighbours(patches, solution.live, solution.scene.faces.material[patches.face])
     return corner_values(patches, around, b, gradients(patches, around, b))
@@ -42,7 +42,7 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
     Returns
     -------
     pyvista.PolyData
-        ``cell_data``: ``radiosity_W_m2``, ``irradiance_W_m2``, ``reflectance`` (3 bands each),
+        ``cell_data``: ``radiosity_W_m2``, ``irradiance_W_m2``, ``reflectance`` (all bands each),
         ``illuminance_lx``, ``error_lx`` (estimated, of the illuminance), and the integers
         ``patch`` and ``face`` (indices into the solution's patches and the scene's faces),
         ``material``, ``group`` (into the names in ``field_data``) and ``side`` (0 front, 1 back).
@@ -70,7 +70,7 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
     mesh.cell_data["radiosity_W_m2"] = solution.radiosity[shown]
     mesh.cell_data["irradiance_W_m2"] = solution.irradiance_on[shown]
     mesh.cell_data["illuminance_lx"] = solution.illuminance[shown]
-    mesh.cell_data["error_lx"] = illuminance(solution.error[shown])
+    mesh.cell_data["error_lx"] = illuminance(solution.error[shown], scene.bands)
     mesh.cell_data["reflectance"] = solution.reflectance[shown]
     mesh.cell_data["patch"] = shown
     mesh.cell_data["face"] = face

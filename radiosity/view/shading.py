@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radiosity.light.photometry import luminance
 from radiosity.solve.solution import Solution
 from radiosity.view.image import exposure_for
 from radiosity.view.smoothing import MIXED
@@ -18,14 +17,15 @@ if TYPE_CHECKING:
 class Shading:
     """What `radiance` needs to know of every patch: emission, diffuse reflectance, its lobe."""
 
-    emission: np.ndarray  # (n, 3) W/(m2 sr)
-    diffuse: np.ndarray  # (n, 3)
+    emission: np.ndarray  # (n, bands) W/(m2 sr)
+    diffuse: np.ndarray  # (n, bands)
     lobe: np.ndarray  # (n,) index into lobes, -1 for none
     lobes: tuple
     plane: np.ndarray  # (n,) 2 * face, + 1 for its back, one face for all in its plane; or MIXED
-    plane_diffuse: np.ndarray  # (2 * faces, 3)
+    plane_diffuse: np.ndarray  # (2 * faces, bands)
     plane_axes: np.ndarray  # (2 * faces, 2, 3)
     detail: "Detail | None" = None  # what varies inside of patches
+    through: np.ndarray | None = None  # (n, bands) what comes through, None where nothing does
 
 
 def make_shading(solution: Solution) -> Shading:
@@ -38,7 +38,7 @@ def make_shading(solution: Solution) -> Shading:
     reflects = patches.front | two_sided
     diffuse = np.array([m.diffuse for m in scene.materials])[material] * reflects[:, None]
     plane = 2 * _surfaces(scene.faces)[patches.face] + ~patches.front
-    plane_diffuse = np.zeros((2 * len(scene.faces), 3))
+    plane_diffuse = np.zeros((2 * len(scene.faces), diffuse.shape[1]))
     plane_diffuse[plane] = diffuse
     detail = None
     if _is_detailed(scene):
@@ -50,6 +50,7 @@ def make_shading(solution: Solution) -> Shading:
     return Shading(
         solution.emission / np.pi, diffuse, np.where(reflects, lobe, -1), lobes,
         plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0), detail,
+        solution.level.terms.transmittance,
     )  # fmt: skip
 
 
@@ -86,4 +87,5 @@ def auto_exposure(solution: Solution) -> float:
     dark = solution.live & ~solution.emission.any(axis=1)
     if not dark.any():
         reflected, dark = solution.radiosity / np.pi, solution.live
-    return exposure_for(luminance(np.maximum(reflected[dark], 0)), solution.patches.area[dark])
+    bright = solution.scene.bands.luminance(np.maximum(reflected[dark], 0))
+    return exposure_for(bright, solution.patches.area[dark])

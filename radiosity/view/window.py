@@ -242,13 +242,14 @@ class Window:
     def _add_surfaces(self, display):
         """Add the solved patches, seen from their active sides only, and what is behind them."""
         mesh = to_pyvista(self._solution)
-        exposure = auto_exposure(self._solution)
-        mesh.point_data["shown"] = display(mesh.point_data["radiosity_W_m2"] / np.pi, exposure)
+        exposure, to_rgb = auto_exposure(self._solution), self._solution.scene.bands.to_rgb
+        corners = mesh.point_data["radiosity_W_m2"].reshape(mesh.n_points, -1)
+        mesh.point_data["shown"] = display(to_rgb(corners) / np.pi, exposure)
         self._surfaces = self.plotter.add_mesh(
             mesh, scalars="shown", rgb=True, lighting=False, culling="back",
             edge_color="#404448", line_width=1, reset_camera=False, show_scalar_bar=False,
         )  # fmt: skip
-        outside = display(self._solution.surroundings.field.outside / np.pi, exposure)
+        outside = display(to_rgb(self._solution.surroundings.field.outside) / np.pi, exposure)
         self.plotter.set_background([int(v) for v in outside])
 
     def _text(self, words, height):
