@@ -147,6 +147,26 @@ def test_lamps_below_the_face_give_nothing():
     assert (leaving == 0).all()
 
 
+@pytest.mark.parametrize("front", [True, False])
+def test_light_through_a_curved_sheet_starts_on_its_other_side(front):
+    """In even light from everywhere L = (rho + tau) L_sky on both sides, but for what a sheet that
+    bulges sees of itself."""
+    sheet = np.array([SQUARE])
+    room = scene(sheet, 0.3, ambient=np.full(3, 2.0))
+    lean = np.array([0, 0, 1]) + 0.2 * (SQUARE - [0.5, 0.5, 0])
+    lean = lean / np.linalg.norm(lean, axis=1, keepdims=True)
+    clear = replace(room.materials[0], translucent=np.full(3, 0.5), absorptance=np.full(3, 0.7))
+    faces = replace(room.faces, corner_normals=np.array([lean]))
+    solution = radiosity.solve(replace(room, faces=faces, materials=(clear,)), mesh="2", order=0)
+    side = solution.patches.front == front
+    rows = np.flatnonzero(side)
+    points = solution.patches.centroid[rows]
+    view = solution.patches.normal[rows]
+    args = solution, make_shading(solution), rows, points, view, np.arange(len(rows))
+    leaving = np.mean([radiance(*args, k)[0] for k in range(64)], axis=0)
+    np.testing.assert_allclose(leaving, 0.8 * 2, rtol=0.02)  # itself is seen in 1 %, at 0.8
+
+
 def test_highlights_follow_the_bumps():
     """An even slope in one direction: the lobe and the cosine are those of the tilted plane."""
     lamp = np.array([SQUARE - [0.5, 0.5, 0]])[:, ::-1] * 1e-3 + [0.3, 0.1, 2]

@@ -126,7 +126,9 @@ def test_a_texel_that_reflects_too_much_is_refused_with_its_place(folder):
     assert found == ['materials.m.diffuse.texture = "b.npy" row 0, column 1 must be finite']
     gloss = 'specular = { model = "phong", reflectance = 0.5, exponent = 9 }\n'
     found = problems(folder, gloss + 'diffuse = { texture = "a.png" }')
-    assert "row 0, column 1: 1 + specular.reflectance 0.5 in band r must lie" in found[0]
+    assert "row 0, column 1: 1 beside 0.5 of the other keys in band r must lie in" in found[0]
+    found = problems(folder, 'translucent = 0.1\ndiffuse = { texture = "a.png" }')
+    assert "row 0, column 1: 1 beside 0.1 of the other keys in band r must lie in" in found[0]
 
 
 @pytest.mark.parametrize(

@@ -161,11 +161,13 @@ def _reflectance(table, texture, path, problems):
     """Return the texture of the reflectance, three bands; texels out of bounds are problems."""
     key = table.diffuse
     texels = texture.texels * np.array(key.scale, np.float32)
-    gloss = np.zeros(3) if table.specular is None else np.array(table.specular.reflectance)
-    wrong = (texels < 0.0) | (texels + gloss > 1.0 + ROUNDING)
+    others = np.zeros(3)
+    for part in (table.specular and table.specular.reflectance, table.translucent):
+        others += 0.0 if part is None else np.array(part)
+    wrong = (texels < 0.0) | (texels + others > 1.0 + ROUNDING)
     if wrong.any():
         row, column, band = np.argwhere(wrong)[0]
-        plus = f" + specular.reflectance {gloss[band]:g}" if gloss.any() else ""
+        plus = f" beside {others[band]:g} of the other keys" if others.any() else ""
         problems.append(
             f'{dotted((*path, "texture"))} = "{key.texture}" row {row}, column {column}: '
             f"{texels[row, column, band]:.6g}{plus} in band {'rgb'[band]} must lie in [0, 1]: "

@@ -247,31 +247,41 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
         Mean of 1/distance to the surroundings.
     """
     around, seed = solution.surroundings, solution.seed
-    normals, diffuse = solution.patches.normal[rows], shading.diffuse[rows]
+    diffuse, face = shading.diffuse[rows], solution.patches.face[rows]
     if shading.detail is not None:
-        flat, face = normals, solution.patches.face[rows]
         diffuse = shading.detail.diffuse(face, points, diffuse)
-        sides = np.where(solution.patches.front[rows], 1.0, -1.0)
-        normals = shading.detail.normals(face, points, sides)
-        points = shading.detail.raised(face, points, sides)
-        # Rays are lifted along the normals they are given, and have to start over the faces.
-        points += LIFT / around.visibility.scale * (flat - normals)
+    flat, sides = solution.patches.normal[rows], np.where(solution.patches.front[rows], 1.0, -1.0)
+    places, normals = _standing(around, shading.detail, face, points, flat, sides)
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
-    arriving, indirect, nearness = _arriving(around, points, normals, keys, looks, aims, seed)
+    arriving, indirect, nearness = _arriving(around, places, normals, keys, looks, aims, seed)
     leaving = shading.emission[rows] + lambert(diffuse) * arriving
     if shading.through is not None:
         through = shading.through[rows]
         k = np.flatnonzero(through.any(axis=1))
-        behind = _arriving(around, points[k], -normals[k], keys[k], looks, aims, seed)[0]
+        other = _standing(around, shading.detail, face[k], points[k], -flat[k], -sides[k])
+        behind = _arriving(around, *other, keys[k], looks, aims, seed)[0]
         leaving[k] += lambert(through[k]) * behind
     for which, lobe in enumerate(shading.lobes):
         k = np.flatnonzero(shading.lobe[rows] == which)
         if lobe is not None and len(k):
             leaving[k] += glossy_radiance(
-                around, lobe, points[k], normals[k], to_view[k], keys[k], aims, seed
+                around, lobe, places[k], normals[k], to_view[k], keys[k], aims, seed
             )
     return leaving, indirect, nearness
+
+
+def _standing(around, detail, face, points, flat, sides):
+    """Return where light to points of faces is followed from and the normals there, (k, 3) each.
+
+    ``flat`` are the faces' normals on the ``sides`` looked at, 1 for fronts, -1 for backs.
+    """
+    if detail is None:
+        return points, flat
+    normals = detail.normals(face, points, sides)
+    # Rays are lifted along the normals they are given, and have to start over the faces.
+    lift = LIFT / around.visibility.scale * (flat - normals)
+    return detail.raised(face, points, sides) + lift, normals
 
 
 def _arriving(around, points, normals, keys, looks, aims, seed):
