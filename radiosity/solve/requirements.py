@@ -293,7 +293,7 @@ def _detail(scene, plan, reach, is_open):
         found.append(f"textures of {', '.join(textured)}, on patches their means")
     if bumped:
         found.append(f"bumps of {', '.join(bumped)}")
-    if scene.faces.corner_normals is not None:
+    if scene.faces.is_curved.any():
         found.append("faces that stand for a curved surface")
     if found:
         return Requirement("detail", "in pictures", "; ".join(found))

@@ -71,8 +71,8 @@ class Detail:
 
     def _curved(self, face, points):
         """Yield which points lie on faces that stand for a curve, and their corners' weights."""
-        if self.scene.faces.corner_normals is not None:
-            mine = np.flatnonzero(~np.isnan(self.scene.faces.corner_normals[face, 0, 0]))
+        mine = np.flatnonzero(self.scene.faces.is_curved[face])
+        if len(mine):
             yield mine, self._places(face[mine], points[mine])[1]
 
     def _used(self, details, face, points):

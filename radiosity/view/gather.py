@@ -225,10 +225,8 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
 
 def _dusk(solution, fronts):
     """Return -2 for dark fronts, but themselves where they stand for a curve, which may be lit."""
-    normals = solution.scene.faces.corner_normals
-    if normals is None:
-        return -2
-    return np.where(np.isnan(normals[solution.patches.face[fronts], 0, 0]), -2, fronts)
+    curved = solution.scene.faces.is_curved[solution.patches.face[fronts]]
+    return np.where(curved, fronts, -2)
 
 
 def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, index: int):
