@@ -9,6 +9,7 @@ from radiosity.mesh.corners import (
     between,
     in_front,
     normal_between,
+    onto_curve,
     slopes,
     smooth_normals,
     weights,
@@ -68,6 +69,18 @@ def test_normals_that_point_into_the_face_are_bent_to_its_front():
     np.testing.assert_allclose(np.linalg.norm(found[:2], axis=1), 1, rtol=1e-14)
     np.testing.assert_allclose(found[:2, 2], [np.sqrt(0.5), FRONT])
     assert found[1, 0] > 0 and found[2, 2] > 0
+
+
+def test_points_are_raised_to_convex_surfaces_only():
+    """On a unit sphere, at the middle x of an edge: x (1 + (1 - c)/2), c its ends' cosine."""
+    one, two = np.array([0.0, 0, 1]), np.array([0.6, 0, 0.8])
+    corners = np.array([[one, two, [0, 0.6, 0.8], [0, 0.6, 0.8]]])
+    weight = np.array([[0.5, 0.5, 0, 0]])
+    middle = (one + two)[None] / 2
+    found = onto_curve(middle, corners, corners, weight)
+    np.testing.assert_allclose(found, middle * (1 + 0.1), rtol=1e-14)
+    assert np.linalg.norm(found) == pytest.approx(1, abs=0.05)  # as far out as it was inside
+    np.testing.assert_array_equal(onto_curve(middle, corners, -corners, weight), middle)
 
 
 def normals_of(sphere):

@@ -1,5 +1,9 @@
 """Textures in scene files: pictures of all kinds, where they lie, and every mistake in them."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import imageio.v3
 import numpy as np
 import pytest
@@ -10,6 +14,7 @@ from radiosity.light.texture import srgb_to_linear
 from radiosity.scene.model import SceneError
 from radiosity.scene.textures import LARGEST
 
+SCENES = Path(__file__).resolve().parent.parent / "scenes"
 SQUARE = "[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]"
 UV = "[[0, 0], [1, 0], [1, 1], [0, 1]]"
 FLOOR = f'[[geometry]]\nmaterial = "m"\npolygons = [{SQUARE}]\nuv = [{UV}]\n'
@@ -124,6 +129,8 @@ def test_a_texel_that_reflects_too_much_is_refused_with_its_place(folder):
     gloss = 'specular = { model = "phong", reflectance = 0.5, exponent = 9 }\n'
     found = problems(folder, gloss + 'diffuse = { texture = "a.png" }')
     assert "where it is brightest diffuse + specular = 1.5 at 0 degrees in band r" in found[0]
+    found = problems(folder, 'translucent = 0.1\ndiffuse = { texture = "a.png" }')
+    assert "where it is brightest diffuse + translucent = 1.1 at 0 degrees in band r" in found[0]
 
 
 @pytest.mark.parametrize(
@@ -223,3 +230,48 @@ def test_smooth_takes_computes_and_drops_normals(folder):
     np.testing.assert_allclose(
         round_.corner_normals, (round_.vertices - [1, 1, 2]) / [1, 1, 2] / np.sqrt(3)
     )
+
+
+def test_the_textured_room_is_read_and_told_of():
+    from radiosity.cli.info import describe
+
+    scene = radiosity.load(SCENES / "textured_room.toml")
+    assert scene.materials[0].texture.texels.shape == (192, 192, 3)
+    curved = ~np.isnan(scene.faces.corner_normals).any(axis=(1, 2))
+    np.testing.assert_array_equal(curved, scene.faces.material == 3)
+    # The ball's normals are those of a ball, to the square of its faces' size (22.5 degrees).
+    away = scene.faces.vertices[curved] - [1.5, 2.4, 0.701]
+    np.testing.assert_allclose(scene.faces.corner_normals[curved], away / 0.7, atol=0.05)
+    told = describe(scene)
+    assert "texture 192x192, from 0.0512695 0.147027 0.0998987 to 0.693872" in told
+    assert "bumps 0.03 high" in told and "normals: 128 faces stand for a curved surface" in told
+
+
+def test_textured_scenes_go_through_every_verb(folder):
+    """A floor of two bands of 0.2 and 0.6 under a lamp: the picture, irradiance and powers."""
+    np.save(folder / "b.npy", np.repeat([[0.2, 0.2, 0.6, 0.6]], 2, axis=0))
+    lamp = '[[geometry]]\nmaterial = "lamp"\n'
+    lamp += "polygons = [[[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]]]\n"
+    more = "\n[materials.lamp]\ndiffuse = 0\nemission = { exitance = 10 }\n[cameras.c]\n"
+    more += "position = [0.5, 0.5, 0.8]\ntarget = [0.5, 0.5, 0]\nup = [0, 1, 0]\nfov = 50\n"
+    load(folder, 'diffuse = { texture = "b.npy" }' + more, FLOOR + lamp)
+    (folder / "p.csv").write_text("x,y,z,nx,ny,nz\n0.25,0.5,0,0,0,1\n0.75,0.5,0,0,0,1\n")
+
+    def verb(*words):
+        every = [sys.executable, "-m", "radiosity", *words, "--quiet"]
+        ran = subprocess.run(every, capture_output=True, text=True, cwd=SCENES.parent)
+        assert ran.returncode == 0, ran.stderr
+
+    path = str(folder / "s.toml")
+    verb("probe", path, str(folder / "p.csv"), "-o", str(folder / "E.csv"))
+    verb("solve", path, "-o", str(folder / "s.npz"))
+    verb("render", path, "-o", str(folder / "i.npy"), "--size", "16x16", "--samples", "8")
+    E = np.genfromtxt(folder / "E.csv", delimiter=",", names=True)["E_r"]
+    assert E[0] == pytest.approx(E[1], rel=0.01)  # the lamp reflects nothing
+    pixels = np.load(folder / "i.npy")[8, :, 0]
+    assert pixels[3] == pytest.approx(0.2 * E[0] / np.pi, rel=0.02)
+    assert pixels[12] == pytest.approx(0.6 * E[1] / np.pi, rel=0.02)
+    saved = np.load(folder / "s.npz")
+    floor = saved["face"] == 0
+    mean = np.average(saved["reflectance"][floor, 0], weights=saved["area_m2"][floor])
+    assert mean == pytest.approx(0.4, rel=1e-6)  # float32 texels

@@ -76,8 +76,8 @@ def _findings(scene) -> list[str]:
             f"truth: carries its radiosity for mesh {scene.truth.mesh}, "
             f"to {scene.truth.relative_tolerance:g} relative"
         )
-    if scene.faces.corner_normals is not None:
-        curved = int(np.isfinite(scene.faces.corner_normals).all(axis=(1, 2)).sum())
+    if scene.faces.is_curved.any():
+        curved = int(scene.faces.is_curved.sum())
         found.append(f"normals: {curved} faces stand for a curved surface")
     return ["", *found, *(f"note: {note}" for note in scene.notes)]
 

@@ -47,6 +47,23 @@ def normal_between(normals: np.ndarray, weight: np.ndarray, own: np.ndarray) -> 
     return in_front(found, own)
 
 
+def onto_curve(points, corners, normals, weight) -> np.ndarray:
+    """Return points (k, 3) of faces, raised to the convex surface that the faces stand for.
+
+    x + sum_i w_i max(0, n_i . (v_i - x)) n_i: to the tangent planes at the corners v_i, and less
+    the farther a corner is. Where the surface is concave points stay. Hanika (2021), "Hacking the
+    shadow terminator".
+
+    Parameters
+    ----------
+    corners, normals : (k, 4, 3) float64
+    weight : (k, 4) float64
+        See `weights`.
+    """
+    below = np.einsum("kvc,kvc->kv", normals, corners - points[:, None])
+    return points + np.einsum("kv,kvc->kc", weight * np.maximum(below, 0.0), normals)
+
+
 def in_front(normals: np.ndarray, own: np.ndarray) -> np.ndarray:
     """Return normals (k, 3) as unit vectors, bent until their cosine to ``own`` is FRONT at least.
 

@@ -1,6 +1,7 @@
 """Faces: the planar triangles and convex quadrilaterals a scene is made of."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -106,6 +107,13 @@ class Faces:
     def is_triangle(self) -> np.ndarray:
         """Return (f,) bool: which faces repeat their last vertex."""
         return np.all(self.vertices[:, 3] == self.vertices[:, 2], axis=1)
+
+    @cached_property
+    def is_curved(self) -> np.ndarray:
+        """Return (f,) bool: which faces stand for a curved surface, whose normals they have."""
+        if self.corner_normals is None:
+            return np.zeros(len(self), bool)
+        return np.isfinite(self.corner_normals).all(axis=(1, 2))
 
     def normals(self) -> np.ndarray:
         """Return (f, 3) unit normals on the front side."""

@@ -5,6 +5,7 @@ has textures; in a library ``newmtl``, ``Kd`` (diffuse reflectance) and ``Ke`` (
 Everything else is ignored.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -16,6 +17,9 @@ from radiosity.mesh.triangulate import NoArea, convex_parts, convex_quads
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.model import Material, SceneError
 
+WHOLE = re.compile(r"[+-]?\d{1,18}")
+WITH_NORMALS = re.compile(r"(?:[+-]?\d{1,18}/(?:[+-]?\d{1,18})?/[+-]?\d{1,18} )+", re.ASCII)
+WITHOUT = re.compile(r"(?:[+-]?\d{1,18}/[+-]?\d{1,18} )+", re.ASCII)
 MOST = 50  # problems listed of one file; the rest is counted
 
 
@@ -238,26 +242,29 @@ def _detail(said, slot, name, count, text):
     if not rows:
         return None
     values = _values(said, rows, getattr(said, f"{name}_line"), count, text)
-    words = [word.split("/") for word in said.corner]
-    named = [w[slot] if len(w) > slot and w[slot] else "0" for w in words]
+    index = _named(said.corner, slot, len(rows) + 1)
     owner = np.repeat(np.arange(len(said.face_size)), said.face_size)
-    try:
-        index = np.array(named, np.int64)
-    except (ValueError, OverflowError):
-        index = np.array([int(n) if _is_whole(n) else len(rows) + 1 for n in named])
     before = np.array(said.before)[owner, slot]
     index = np.where(index < 0, np.where(-index > before, -1, index + before + 1), index)
     bad = np.flatnonzero((index > len(rows)) | (index < 0))
     said.problems += [
-        f"line {said.face_line[owner[c]]}: f ... {said.corner[c]}: {text[:2]} {named[c]} does not "
-        f"exist, the file has {len(rows)}, {before[c]} of them so far"
+        f"line {said.face_line[owner[c]]}: f ... {said.corner[c]}: {text[:2]} "
+        f"{said.corner[c].split('/')[slot]} does not exist, the file has {len(rows)}, "
+        f"{before[c]} of them so far"
         for c in bad
     ]
     return None if len(bad) else np.concatenate([np.full((1, count), np.nan), values])[index]
 
 
-def _is_whole(word):
-    return word.lstrip("+-").isdecimal() and len(word) < 19
+def _named(corners, slot, wrong):
+    """Return (c,) what corners v/vt/vn name in a slot: 0 for nothing, ``wrong`` if no number."""
+    text = " ".join(corners) + " "
+    for slots, form in ((3, WITH_NORMALS), (2, WITHOUT)):
+        if slot < slots and form.fullmatch(text):
+            numbers = text.replace("//", "/0/").replace("/", " ")
+            return np.fromstring(numbers, np.int64, sep=" ").reshape(-1, slots)[:, slot]
+    words = [w[slot] if len(w) > slot and w[slot] else "0" for w in (c.split("/") for c in corners)]
+    return np.array([int(w) if WHOLE.fullmatch(w) else wrong for w in words], np.int64)
 
 
 def _polygons(points, corners, said):

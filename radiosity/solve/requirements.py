@@ -309,13 +309,13 @@ def _detail(scene, plan, reach, is_open):
     used = [scene.materials[k] for k in np.unique(scene.faces.material)]
     textured = [m.name for m in used if m.texture is not None]
     bumped = [m.name for m in used if m.bump is not None]
-    found = {}
+    found = []
     if textured:
-        found["textures"] = f"{', '.join(textured)}: means on patches, everything in pictures"
+        found.append(f"textures of {', '.join(textured)}, on patches their means")
     if bumped:
-        found["bumps"] = f"{', '.join(bumped)}: in pictures"
-    if scene.faces.corner_normals is not None:
-        found["smooth normals"] = "faces stand for a curved surface: in pictures"
+        found.append(f"bumps of {', '.join(bumped)}")
+    if scene.faces.is_curved.any():
+        found.append("faces that stand for a curved surface")
     if found:
-        return Requirement("detail", ", ".join(found), "; ".join(found.values()))
+        return Requirement("detail", "in pictures", "; ".join(found))
     return Requirement("detail", "nothing", "no texture, bumps or normals at corners")

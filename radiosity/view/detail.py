@@ -11,7 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from radiosity.light.bump import tilt
-from radiosity.mesh.corners import between, in_front, normal_between, slopes, weights
+from radiosity.mesh.corners import (
+    between,
+    in_front,
+    normal_between,
+    onto_curve,
+    slopes,
+    weights,
+)
 from radiosity.scene.model import Scene
 from radiosity.transport.lookup import Table, coordinates_at
 
@@ -37,25 +44,36 @@ class Detail:
             found[mine] = np.where(here.any(axis=1, keepdims=True), texture.at(uv), here)
         return found
 
-    def normals(self, face: np.ndarray, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return the unit shading normals (k, 3) at points of faces, on the side of ``normals``."""
+    def normals(self, face: np.ndarray, points: np.ndarray, sides: np.ndarray) -> np.ndarray:
+        """Return the unit shading normals (k, 3) at points of faces, on the sides (k,) 1 or -1."""
         faces = self.scene.faces
         own = faces.normals()[face]
-        found = own
-        if faces.corner_normals is not None:
-            curved = np.flatnonzero(~np.isnan(faces.corner_normals[face, 0, 0]))
-            _, weight = self._places(face[curved], points[curved])
-            at_corners = faces.corner_normals[face[curved]]
-            found = own.copy()
-            found[curved] = normal_between(at_corners, weight, own[curved])
+        found = own.copy()
+        for mine, weight in self._curved(face, points):
+            found[mine] = normal_between(faces.corner_normals[face[mine]], weight, own[mine])
         bumps = [m.bump for m in self.scene.materials]
         for bump, mine, weight, st in self._used(bumps, face, points):
-            found = found.copy() if found is own else found
             slope = bump.slope(between(faces.uv[face[mine]], weight))
             along = self._along_uv(face[mine], st)
             found[mine] = in_front(found[mine] + tilt(own[mine], *along, slope), own[mine])
-        back = np.einsum("kc,kc->k", own, normals) < 0.0
-        return np.where(back[:, None], -found, found)
+        return found * sides[:, None]
+
+    def raised(self, face: np.ndarray, points: np.ndarray, sides: np.ndarray) -> np.ndarray:
+        """Return points (k, 3) of faces where the curved surface lies that these stand for.
+
+        From there a lamp sets behind the curve, not behind the plane of a face.
+        """
+        faces, found = self.scene.faces, points.copy()
+        for mine, weight in self._curved(face, points):
+            normals = faces.corner_normals[face[mine]] * sides[mine, None, None]
+            found[mine] = onto_curve(points[mine], faces.vertices[face[mine]], normals, weight)
+        return found
+
+    def _curved(self, face, points):
+        """Yield which points lie on faces that stand for a curve, and their corners' weights."""
+        mine = np.flatnonzero(self.scene.faces.is_curved[face])
+        if len(mine):
+            yield mine, self._places(face[mine], points[mine])[1]
 
     def _used(self, details, face, points):
         """Yield each detail, which points have it, and their corners' weights, s and t."""

@@ -196,7 +196,8 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
     Returns
     -------
     rows : (k,) int
-        Patch, -1 where the sight line leaves the scene, -2 where it ends on a dark front.
+        Patch, -1 where the sight line leaves the scene, -2 where it ends on a dark front of a flat
+        face.
     points : (k, 3) float64
         Where, in scene units.
     """
@@ -211,13 +212,20 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
         start[active] = ends
         row = np.where(sides >= 0, around.field.row[sides], MISS)
         back = (sides >= 0) & (sides % 2 == 1)
-        row[(sides >= 0) & ~back & (row < 0)] = -2
+        dark = (sides >= 0) & ~back & (row < 0)
+        row[dark] = _dusk(solution, sides[dark] // 2)
         rows[active] = row
         active = active[back & (row < 0)]
         if not len(active):
             break
         start[active] += 2 * LIFT * ahead[active]
     return rows, centre + start / scale
+
+
+def _dusk(solution, fronts):
+    """Return -2 for dark fronts, but themselves where they stand for a curve, which may be lit."""
+    curved = solution.scene.faces.is_curved[solution.patches.face[fronts]]
+    return np.where(curved, fronts, -2)
 
 
 def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, index: int):
@@ -238,22 +246,19 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
         Mean of 1/distance to the surroundings.
     """
     around, seed = solution.surroundings, solution.seed
-    normals, diffuse = solution.patches.normal[rows], shading.diffuse[rows]
+    diffuse, face = shading.diffuse[rows], solution.patches.face[rows]
     if shading.detail is not None:
-        flat, face = normals, solution.patches.face[rows]
         diffuse = shading.detail.diffuse(face, points, diffuse)
-        normals = shading.detail.normals(face, points, flat)
-        # Rays are lifted along the normals they are given, and have to start over the faces.
-        points = points + LIFT / around.visibility.scale * (flat - normals)
+    flat, sides = solution.patches.normal[rows], np.where(solution.patches.front[rows], 1.0, -1.0)
+    places, normals = _standing(around, shading.detail, face, points, flat, sides)
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
-    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
-    direct = direct_irradiance(around.visibility, around.lights, points, normals, keys, aims, seed)
+    indirect, direct, nearness = _arriving(around, places, normals, keys, looks, aims, seed)
     glossy = np.zeros_like(direct)
     for which, k in _of_lobes(shading, rows):
         from radiosity.view.gloss import dimming, entering, glossy_radiance
 
-        here, coats = (points[k], normals[k]), shading.coats[which]
+        here, coats = (places[k], normals[k]), shading.coats[which]
         if coats:
             out = dimming(coats, normals[k], to_view[k])
             indirect[k] *= out
@@ -265,10 +270,9 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     if shading.through is not None:
         through = shading.through[rows]
         k = np.flatnonzero(through.any(axis=1))
-        here = points[k], -normals[k], keys[k]
-        behind = indirect_irradiance(around, *here, looks, seed)[0]
-        behind += direct_irradiance(around.visibility, around.lights, *here, aims, seed)
-        leaving[k] += lambert(through[k]) * behind
+        other = _standing(around, shading.detail, face[k], points[k], -flat[k], -sides[k])
+        one, two, _ = _arriving(around, *other, keys[k], looks, aims, seed)
+        leaving[k] += lambert(through[k]) * (one + two)
     return leaving, indirect, nearness
 
 
@@ -277,3 +281,23 @@ def _of_lobes(shading, rows):
     which = shading.lobe[rows]
     for lobe in np.unique(which[which >= 0]):
         yield lobe, np.flatnonzero(which == lobe)
+
+
+def _standing(around, detail, face, points, flat, sides):
+    """Return where light to points of faces is followed from and the normals there, (k, 3) each.
+
+    ``flat`` are the faces' normals on the ``sides`` looked at, 1 for fronts, -1 for backs.
+    """
+    if detail is None:
+        return points, flat
+    normals = detail.normals(face, points, sides)
+    # Rays are lifted along the normals they are given, and have to start over the faces.
+    lift = LIFT / around.visibility.scale * (flat - normals)
+    return detail.raised(face, points, sides) + lift, normals
+
+
+def _arriving(around, points, normals, keys, looks, aims, seed):
+    """Return the indirect and the direct irradiance (k, bands), and the nearness (k,)."""
+    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
+    direct = direct_irradiance(around.visibility, around.lights, points, normals, keys, aims, seed)
+    return indirect, direct, nearness
