@@ -262,3 +262,25 @@ def test_a_plain_scene_imports_no_optics():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(("upward", "share"), [(True, 1.0), (False, 0.0)])
+def test_a_glossy_wall_shows_what_lies_in_the_mirror_direction(upward, share):
+    """Sky above, a black floor below: the wall, looked at from below, shows the sky."""
+    text = (
+        '[[geometry]]\nmaterial = "m"\npolygons = [[[0, -1, 0], [0, 1, 0], [0, 1, 2], [0, -1, 2]]]\n'
+        '[[geometry]]\nmaterial = "black"\n'
+        "polygons = [[[-900, -900, -1], [900, -900, -1], [900, 900, -1], [-900, 900, -1]]]\n"
+        "[materials.black]\ndiffuse = 0\n[materials.m]\n"
+    ) + facets(roughness=0.02)
+    scene = read_toml(text, "wall.toml", None)
+    scene = Scene("w", scene.faces, scene.materials, scene.groups, ambient=np.ones(3))
+    solution = radiosity.solve(scene, 0.2)
+    count = 100
+    view = np.tile([0.8, 0.0, -0.6 if upward else 0.6], (count, 1))
+    row = np.flatnonzero(solution.patches.normal[:, 0] > 0.5)[:1]
+    leaving, _, _ = radiance(
+        solution, make_shading(solution), np.repeat(row, count),
+        np.tile([0, 0, 1.0], (count, 1)), view, np.arange(count), 0,
+    )  # fmt: skip
+    assert leaving.mean() == pytest.approx(share, abs=0.01)  # of the lobe lies beyond the horizon
