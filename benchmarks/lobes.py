@@ -1,6 +1,6 @@
-"""Plots of every reflection model, for docs/light.md: its lobe in the plane of incidence, its albedo.
+"""Plots of every reflection model, for docs/light.md: its lobe and its albedo.
 
-    .venv/bin/python benchmarks/lobes.py docs/gallery
+.venv/bin/python benchmarks/lobes.py docs/gallery
 """
 
 import sys

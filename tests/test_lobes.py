@@ -197,7 +197,12 @@ def test_sampling_finds_the_albedo_with_bounded_weights(model):
     weight[up] = model.value(light[up], view)[:, 0] * cosine[up] / density[up]
     error = weight.std() / np.sqrt(20000)
     assert weight.mean() == pytest.approx(model.albedo(0.5)[0], abs=4 * error + 1e-4)
-    assert weight.max() < 4.5  # Blinn's lobe of exponent 0: 4 N.L; elsewhere below 2
+    exact = isinstance(model, TorranceSparrow) and (
+        model.shadowing is v_groove or isinstance(model.facets, TrowbridgeReitz)
+    )
+    gaussian = exact and isinstance(model.facets, Gaussian)
+    # Visible facets leave nothing over; 1.7 where D has no inverse; 4 N.L of Blinn's exponent 0.
+    assert weight.max() < (1.7 if gaussian else 1 + 1e-9 if exact else 4.1)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 45.0, 89.999, 90.0])

@@ -1,7 +1,9 @@
 """Optics of materials: keys of the scene file, what is refused, what the solve and pictures do."""
 
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -78,6 +80,15 @@ def test_keys_of_blinn_mirror_and_transmission():
     assert np.array_equal(silver.mirror.index, metal_bands("silver"))
     none = made("diffuse = 0.5\nmirror = 0\ntransmit = 0.0")
     assert none.mirror is None and none.transmit is None and none.specular is None
+
+
+def test_the_optics_of_the_manual_are_right():
+    text = (Path(__file__).resolve().parent.parent / "docs" / "scene.md").read_text()
+    example = re.findall(r"```toml\n(.*?)```", text, re.S)[1]
+    made = {m.name: m for m in read("diffuse = 0\n" + example).materials}
+    assert made["varnished"].coats and made["varnished"].diffuse[0] == 0.4
+    assert made["brushed"].specular.material == "aluminium" and not made["brushed"].coats
+    assert made["window"].transmit.index.tolist() == [1.5]
 
 
 def test_what_is_not_followed_yet_is_said():
@@ -268,7 +279,8 @@ def test_a_plain_scene_imports_no_optics():
 def test_a_glossy_wall_shows_what_lies_in_the_mirror_direction(upward, share):
     """Sky above, a black floor below: the wall, looked at from below, shows the sky."""
     text = (
-        '[[geometry]]\nmaterial = "m"\npolygons = [[[0, -1, 0], [0, 1, 0], [0, 1, 2], [0, -1, 2]]]\n'
+        '[[geometry]]\nmaterial = "m"\n'
+        "polygons = [[[0, -1, 0], [0, 1, 0], [0, 1, 2], [0, -1, 2]]]\n"
         '[[geometry]]\nmaterial = "black"\n'
         "polygons = [[[-900, -900, -1], [900, -900, -1], [900, 900, -1], [-900, 900, -1]]]\n"
         "[materials.black]\ndiffuse = 0\n[materials.m]\n"

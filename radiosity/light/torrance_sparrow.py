@@ -8,9 +8,11 @@ import numpy as np
 
 from radiosity.light import fresnel
 from radiosity.light.facet_albedo import albedo_of_points, albedo_table
+from radiosity.light.facets import TrowbridgeReitz
 from radiosity.light.frames import halfway
 from radiosity.light.reflection import diffuse_mean, shown
-from radiosity.light.visible import mirrored_density, mirrored_view
+from radiosity.light.shadowing import smith
+from radiosity.light.visible import ellipsoid_view, mirrored_density, mirrored_view
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +102,23 @@ class TorranceSparrow:
 
     def sample(self, to_view, u):
         """Return the view mirrored in facets of the distribution that it sees."""
+        if self._ellipsoids:
+            return ellipsoid_view(self.facets.roughness, u, to_view)
         return mirrored_view(self.facets.cosine_of(u[..., 0]), u[..., 1], to_view)
 
     def density(self, to_view, directions):
-        """Return the density (...) per steradian of `sample`."""
-        return mirrored_density(self.facets.chosen, to_view, directions)
+        """Return the density (...) per steradian of `sample`; D/(4 P(V)) with Smith's shadowing."""
+        if not self._ellipsoids:
+            return mirrored_density(self.facets.chosen, to_view, directions)
+        _, view, half, across = self._cosines(directions, to_view)
+        seen = 4.0 * np.maximum(view + self.facets.hidden(np.maximum(view, 0.0)), 1e-300)
+        density = self.facets.relative(half) / self.facets.norm() / seen
+        return np.where((half > 0.0) & (across > 0.0) & (view > 0.0), density, 0.0)
+
+    @property
+    def _ellipsoids(self) -> bool:
+        """Whether the facets that the view sees can be sampled without any detour."""
+        return self.shadowing is smith and isinstance(self.facets, TrowbridgeReitz)
 
     @property
     def _shape(self):
