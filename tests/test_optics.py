@@ -78,8 +78,9 @@ def test_keys_of_blinn_mirror_and_transmission():
     assert half.transmit.index.tolist() == [1.3]
     silver = made('mirror = "fresnel"\nmetal = "silver"')
     assert np.array_equal(silver.mirror.index, metal_bands("silver"))
-    none = made("diffuse = 0.5\nmirror = 0\ntransmit = 0.0")
+    none = made("mirror = 0\ntransmit = 0.0")
     assert none.mirror is None and none.transmit is None and none.specular is None
+    assert none.diffuse.tolist() == [0.5, 0.5, 0.5]
 
 
 def test_the_optics_of_the_manual_are_right():
@@ -117,6 +118,8 @@ WRONG = [
     (facets(roughness=0.1, facets='"ggx"'), "materials.m.specular.facets = \"ggx\" must be one of"),
     (facets(half_angle=50, facets='"beckmann"'),
      "materials.m.specular.half_angle = 50 must be at most 46.07 for Beckmann facets"),
+    ("specular = { model = [1], reflectance = 0.5 }",
+     "materials.m.specular.model = [1] must be one of"),
     (facets(half_angle=90), "materials.m.specular.half_angle = 90 must lie between 0 and 90"),
     (PHONG + ', convention = "raw" }', 'materials.m.specular.convention = "raw" must be one of'),
     ('mirror = "fresnel"', 'materials.m.mirror = "fresnel" needs ior = .. or metal = ".." beside'),

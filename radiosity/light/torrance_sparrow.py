@@ -6,8 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from radiosity.light import fresnel
-from radiosity.light.facet_albedo import albedo_of_points, albedo_table
+from radiosity.light.facet_albedo import albedo_of_points, albedo_table, mirrored_share
 from radiosity.light.facets import TrowbridgeReitz
 from radiosity.light.frames import halfway
 from radiosity.light.reflection import diffuse_mean, shown
@@ -61,11 +60,14 @@ class TorranceSparrow:
         """Return the model with another roughness, or one for each point."""
         return replace(self, facets=replace(self.facets, roughness=roughness))
 
+    @property
+    def index_values(self) -> tuple | None:
+        """The index as a tuple, by which tables are found again."""
+        return None if self.index is None else tuple(self.index.tolist())
+
     def fresnel(self, cosine):
         """Return F (..., bands) of one facet; bands is 1 where all are alike."""
-        if self.index is None:
-            return np.ones((*np.shape(cosine), 1))
-        return fresnel.reflectance(np.asarray(cosine)[..., None], self.index)
+        return mirrored_share(self.index, cosine)
 
     def value(self, to_light, to_view):
         """Return f (..., bands) in 1/sr."""
@@ -90,8 +92,10 @@ class TorranceSparrow:
 
         Where the roughness is an array, between tables of fixed ones, to 2e-3.
         """
-        unit = albedo_of_points(self, cosine) if np.ndim(self._shape) else self._table(cosine)
-        return unit * self.reflectance
+        if np.ndim(self._shape):
+            return albedo_of_points(self, cosine) * self.reflectance
+        facets = type(self.facets)(float(self._shape))
+        return albedo_table(facets, self.shadowing, self.index_values)(cosine) * self.reflectance
 
     @cached_property
     def mean_albedo(self):
@@ -123,10 +127,6 @@ class TorranceSparrow:
     @property
     def _shape(self):
         return next(iter(vars(self.facets).values()))
-
-    @cached_property
-    def _table(self):
-        return albedo_table(self.facets, self.shadowing, self.fresnel)
 
     def _cosines(self, to_light, to_view):
         half, across = halfway(to_light, to_view)
