@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-from scipy.stats import chi2
+from scipy.stats import chi2, qmc
 
 from radiosity.analytic import load_cases
 from radiosity.light import fresnel
@@ -328,3 +328,24 @@ def test_seed_forms_are_the_seeds_and_not_reciprocal():
     directions, weight = grid(200)
     sent = aluminium.value(directions, tilted(0))[:, 0] @ weight
     assert sent + 0.6 * np.pi == pytest.approx(2.75, abs=0.02)  # with k_d = 0.6 beside it
+
+
+@pytest.mark.parametrize("model", [
+    TorranceSparrow(TrowbridgeReitz(0.15), v_groove, None, ONE),
+    TorranceSparrow(TrowbridgeReitz(0.5), smith, None, ONE), Blinn(ONE, 20.0), Phong(ONE, 20.0),
+], ids=name)  # fmt: skip
+def test_even_patterns_bring_less_noise_than_random_ones(model):
+    """64 Sobol points a pixel, shifted digit by digit, as the gather uses them; half a lobe."""
+    rng, view = np.random.default_rng(0), tilted(60)
+    digits = qmc.Sobol(2, scramble=False).random(64) * 2**32
+    shift = rng.integers(0, 2**32, (2000, 1, 2), dtype=np.uint64)
+    even = (digits.astype(np.uint64) ^ shift) / 2.0**32
+    noise = []
+    for u in (even, rng.random(even.shape)):
+        light = model.sample(view, u)
+        density = model.density(view, light)
+        up = (light[..., 2] > 0) & (density > 0) & (light[..., 0] < -np.sin(np.radians(60)))
+        share = light[..., 2] / np.where(up, density, 1.0)
+        weight = np.where(up, model.value(light, view)[..., 0] * share, 0.0)
+        noise.append(weight.mean(axis=1).std())
+    assert noise[0] < 0.75 * noise[1]

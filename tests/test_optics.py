@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import radiosity
+from radiosity.cli.info import describe
 from radiosity.light import coherent, fresnel
 from radiosity.light.blinn import Blinn
 from radiosity.light.facets import Beckmann, Gaussian, TrowbridgeReitz
@@ -18,6 +19,8 @@ from radiosity.light.shadowing import smith, v_groove
 from radiosity.light.torrance_sparrow import TorranceSparrow
 from radiosity.scene.model import Material, Scene, SceneError
 from radiosity.scene.toml import read_toml
+from radiosity.solve.plan import make_plan
+from radiosity.solve.requirements import foresee
 from radiosity.solve.system import reflectance_of
 from radiosity.view.gather import radiance
 from radiosity.view.shading import make_shading
@@ -299,3 +302,20 @@ def test_a_glossy_wall_shows_what_lies_in_the_mirror_direction(upward, share):
         np.tile([0, 0, 1.0], (count, 1)), view, np.arange(count), 0,
     )  # fmt: skip
     assert leaving.mean() == pytest.approx(share, abs=0.01)  # of the lobe lies beyond the horizon
+
+
+def test_info_and_plan_say_what_is_done_with_optics():
+    scene = read('mirror = 0.1\ntransmit = 0.4\nior = 1.5\n'
+                 'specular = { model = "blinn", reflectance = [0, 0.2, 0], exponent = 3 }\n'
+                 "emission = { radiance = 1 }")  # fmt: skip
+    text = describe(scene)
+    assert "Blinn, reflectance 0 0.2 0, exponent 3" in text
+    assert "mirror 0.1 0.1 0.1  transmits 0.4 0.4 0.4" in text
+    assert "note: material" in text and "it counts as lost" in text
+    made = {r.name: r for r in foresee(scene, make_plan(scene, 0.3)).requirements}
+    assert made["mirrors"].model == "diffuse" and made["transmission"].model == "lost"
+    assert made["highlights"].model == "lobes"
+    assert made["bands"].model == "3"  # the lobe has a colour
+    plain = read("diffuse = 0.5\nemission = { radiance = 1 }")
+    names = [r.name for r in foresee(plain, make_plan(plain, 0.3)).requirements]
+    assert "mirrors" not in names and "transmission" not in names

@@ -4,7 +4,9 @@ import numpy as np
 
 from radiosity.light.frames import halfway, polar
 
-_FLIPS = 4096.0  # the lower digits of the second coordinate choose between a facet and its twin
+# Periods of the second coordinate that choose between a facet and its twin; no whole number of them
+# fits between points of a regular pattern, so that these do not all choose alike.
+_FLIPS = 1063.553
 
 
 def mirrored_view(cosine, u, to_view):
