@@ -26,14 +26,17 @@ SAMPLES = {
     'specular = { model = "torrance-sparrow", roughness = 0.3, ior = 1.5 }',
 }
 FAR = 40.0
+BENCH = np.array([[2, 1, -2], [-2, 2, -1], [1, 2, 2]]) / 3.0  # rows: the sample's axes, askew
 
 
 def measured(sample, light, view, source, sensor):
     """Return L_o/E_i (3,) of a sample 2 x 2 with a square source and a sensor of given sizes."""
+    light, view = light @ BENCH, view @ BENCH
+    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) @ BENCH
     scene = read_toml(f"""
 [[geometry]]
 material = "sample"
-polygons = [[[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]]
+polygons = [{square.tolist()}]
 [[geometry]]
 material = "lamp"
 polygons = [{facing_square(light, source)}]
@@ -50,7 +53,7 @@ fov = {np.degrees(2 * np.arctan(sensor / 2 / FAR))}
 size = [8, 8]
 """, "bench.toml", None)  # fmt: skip
     solution = radiosity.solve(scene, 0.2)
-    irradiance, _ = solution.irradiance([[0, 0, 0]], [[0, 0, 1]])
+    irradiance, _ = solution.irradiance([[0, 0, 0]], BENCH[2:])
     seen = radiosity.render(solution, "sensor", samples=32).pixels
     return seen.mean(axis=(0, 1)) / irradiance[0]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-from scipy.stats import chi2
+from scipy.stats import chi2, qmc
 
 from radiosity.analytic import load_cases
 from radiosity.light import fresnel
@@ -103,7 +103,7 @@ def test_white_furnace(model):
         found = model.albedo(np.cos(np.radians(degrees)))[0]
         assert found == pytest.approx(sent, rel=1e-2)  # cells against lobes 1/30 wide
     albedo = model.albedo(np.linspace(0, 1, 400))[:, 0]
-    assert np.all(albedo >= 0) and albedo.max() <= 1 + 1e-4  # 1e-4: what a table promises
+    assert np.all(albedo >= 0) and albedo.max() <= 1 + 1e-12
     fine = np.linspace(0, 1, 20001)
     mean = 2 * np.trapezoid(model.albedo(fine)[:, 0] * fine, fine)
     assert model.mean_albedo[0] == pytest.approx(mean, rel=1e-4)
@@ -115,7 +115,7 @@ def test_white_furnace(model):
 def test_tables_of_albedos_are_right_to_1e_4_down_to_grazing(kind, shadowing, roughness):
     model = TorranceSparrow(kind(roughness), shadowing, GLASS, ONE)
     cosine = np.concatenate([[1e-9, 1e-6, 1e-4, 1e-3, 0.01, 0.03], np.linspace(0.05, 1, 12)])
-    exact = facet_albedo(model.facets, shadowing, model.fresnel, cosine, 150, 16)
+    exact = facet_albedo(model.facets, shadowing, GLASS, cosine, 150, 16)
     assert model.albedo(cosine) == pytest.approx(exact, abs=1e-4)
 
 
@@ -197,7 +197,12 @@ def test_sampling_finds_the_albedo_with_bounded_weights(model):
     weight[up] = model.value(light[up], view)[:, 0] * cosine[up] / density[up]
     error = weight.std() / np.sqrt(20000)
     assert weight.mean() == pytest.approx(model.albedo(0.5)[0], abs=4 * error + 1e-4)
-    assert weight.max() < 4.5  # Blinn's lobe of exponent 0: 4 N.L; elsewhere below 2
+    exact = isinstance(model, TorranceSparrow) and (
+        model.shadowing is v_groove or isinstance(model.facets, TrowbridgeReitz)
+    )
+    gaussian = exact and isinstance(model.facets, Gaussian)
+    # Visible facets leave nothing over; 1.7 where D has no inverse; 4 N.L of Blinn's exponent 0.
+    assert weight.max() < (1.7 if gaussian else 1 + 1e-9 if exact else 4.1)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 45.0, 89.999, 90.0])
@@ -323,3 +328,24 @@ def test_seed_forms_are_the_seeds_and_not_reciprocal():
     directions, weight = grid(200)
     sent = aluminium.value(directions, tilted(0))[:, 0] @ weight
     assert sent + 0.6 * np.pi == pytest.approx(2.75, abs=0.02)  # with k_d = 0.6 beside it
+
+
+@pytest.mark.parametrize("model", [
+    TorranceSparrow(TrowbridgeReitz(0.15), v_groove, None, ONE),
+    TorranceSparrow(TrowbridgeReitz(0.5), smith, None, ONE), Blinn(ONE, 20.0), Phong(ONE, 20.0),
+], ids=name)  # fmt: skip
+def test_even_patterns_bring_less_noise_than_random_ones(model):
+    """64 Sobol points a pixel, shifted digit by digit, as the gather uses them; half a lobe."""
+    rng, view = np.random.default_rng(0), tilted(60)
+    digits = qmc.Sobol(2, scramble=False).random(64) * 2**32
+    shift = rng.integers(0, 2**32, (2000, 1, 2), dtype=np.uint64)
+    even = (digits.astype(np.uint64) ^ shift) / 2.0**32
+    noise = []
+    for u in (even, rng.random(even.shape)):
+        light = model.sample(view, u)
+        density = model.density(view, light)
+        up = (light[..., 2] > 0) & (density > 0) & (light[..., 0] < -np.sin(np.radians(60)))
+        share = light[..., 2] / np.where(up, density, 1.0)
+        weight = np.where(up, model.value(light, view)[..., 0] * share, 0.0)
+        noise.append(weight.mean(axis=1).std())
+    assert noise[0] < 0.75 * noise[1]

@@ -1,12 +1,15 @@
 """Optics of materials: keys of the scene file, what is refused, what the solve and pictures do."""
 
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import radiosity
+from radiosity.cli.info import describe
 from radiosity.light import coherent, fresnel
 from radiosity.light.blinn import Blinn
 from radiosity.light.facets import Beckmann, Gaussian, TrowbridgeReitz
@@ -16,6 +19,8 @@ from radiosity.light.shadowing import smith, v_groove
 from radiosity.light.torrance_sparrow import TorranceSparrow
 from radiosity.scene.model import Material, Scene, SceneError
 from radiosity.scene.toml import read_toml
+from radiosity.solve.plan import make_plan
+from radiosity.solve.requirements import foresee
 from radiosity.solve.system import reflectance_of
 from radiosity.view.gather import radiance
 from radiosity.view.shading import make_shading
@@ -76,8 +81,18 @@ def test_keys_of_blinn_mirror_and_transmission():
     assert half.transmit.index.tolist() == [1.3]
     silver = made('mirror = "fresnel"\nmetal = "silver"')
     assert np.array_equal(silver.mirror.index, metal_bands("silver"))
-    none = made("diffuse = 0.5\nmirror = 0\ntransmit = 0.0")
+    none = made("mirror = 0\ntransmit = 0.0")
     assert none.mirror is None and none.transmit is None and none.specular is None
+    assert none.diffuse.tolist() == [0.5, 0.5, 0.5]
+
+
+def test_the_optics_of_the_manual_are_right():
+    text = (Path(__file__).resolve().parent.parent / "docs" / "scene.md").read_text()
+    example = re.findall(r"```toml\n(.*?)```", text, re.S)[1]
+    made = {m.name: m for m in read("diffuse = 0\n" + example).materials}
+    assert made["varnished"].coats and made["varnished"].diffuse[0] == 0.4
+    assert made["brushed"].specular.material == "aluminium" and not made["brushed"].coats
+    assert made["window"].transmit.index.tolist() == [1.5]
 
 
 def test_what_is_not_followed_yet_is_said():
@@ -106,6 +121,8 @@ WRONG = [
     (facets(roughness=0.1, facets='"ggx"'), "materials.m.specular.facets = \"ggx\" must be one of"),
     (facets(half_angle=50, facets='"beckmann"'),
      "materials.m.specular.half_angle = 50 must be at most 46.07 for Beckmann facets"),
+    ("specular = { model = [1], reflectance = 0.5 }",
+     "materials.m.specular.model = [1] must be one of"),
     (facets(half_angle=90), "materials.m.specular.half_angle = 90 must lie between 0 and 90"),
     (PHONG + ', convention = "raw" }', 'materials.m.specular.convention = "raw" must be one of'),
     ('mirror = "fresnel"', 'materials.m.mirror = "fresnel" needs ior = .. or metal = ".." beside'),
@@ -262,3 +279,43 @@ def test_a_plain_scene_imports_no_optics():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(("upward", "share"), [(True, 1.0), (False, 0.0)])
+def test_a_glossy_wall_shows_what_lies_in_the_mirror_direction(upward, share):
+    """Sky above, a black floor below: the wall, looked at from below, shows the sky."""
+    text = (
+        '[[geometry]]\nmaterial = "m"\n'
+        "polygons = [[[0, -1, 0], [0, 1, 0], [0, 1, 2], [0, -1, 2]]]\n"
+        '[[geometry]]\nmaterial = "black"\n'
+        "polygons = [[[-900, -900, -1], [900, -900, -1], [900, 900, -1], [-900, 900, -1]]]\n"
+        "[materials.black]\ndiffuse = 0\n[materials.m]\n"
+    ) + facets(roughness=0.02)
+    scene = read_toml(text, "wall.toml", None)
+    scene = Scene("w", scene.faces, scene.materials, scene.groups, ambient=np.ones(3))
+    solution = radiosity.solve(scene, 0.2)
+    count = 100
+    view = np.tile([0.8, 0.0, -0.6 if upward else 0.6], (count, 1))
+    row = np.flatnonzero(solution.patches.normal[:, 0] > 0.5)[:1]
+    leaving, _, _ = radiance(
+        solution, make_shading(solution), np.repeat(row, count),
+        np.tile([0, 0, 1.0], (count, 1)), view, np.arange(count), 0,
+    )  # fmt: skip
+    assert leaving.mean() == pytest.approx(share, abs=0.01)  # of the lobe lies beyond the horizon
+
+
+def test_info_and_plan_say_what_is_done_with_optics():
+    scene = read('mirror = 0.1\ntransmit = 0.4\nior = 1.5\n'
+                 'specular = { model = "blinn", reflectance = [0, 0.2, 0], exponent = 3 }\n'
+                 "emission = { radiance = 1 }")  # fmt: skip
+    text = describe(scene)
+    assert "Blinn, reflectance 0 0.2 0, exponent 3" in text
+    assert "mirror 0.1 0.1 0.1  transmits 0.4 0.4 0.4" in text
+    assert "note: material" in text and "it counts as lost" in text
+    made = {r.name: r for r in foresee(scene, make_plan(scene, 0.3)).requirements}
+    assert made["mirrors"].model == "diffuse" and made["transmission"].model == "lost"
+    assert made["highlights"].model == "lobes"
+    assert made["bands"].model == "3"  # the lobe has a colour
+    plain = read("diffuse = 0.5\nemission = { radiance = 1 }")
+    names = [r.name for r in foresee(plain, make_plan(plain, 0.3)).requirements]
+    assert "mirrors" not in names and "transmission" not in names

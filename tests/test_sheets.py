@@ -192,10 +192,11 @@ def test_scene_file_gives_translucent_materials():
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("diffuse = 0.7\ntranslucent = [0.1, 0.4, 0.2]", "diffuse + translucent = 1.1 at 0 degrees in band g"),
+        ("diffuse = 0.7\ntranslucent = [0.1, 0.4, 0.2]",
+         "diffuse + translucent = 1.1 at 0 degrees in band g"),
         ("translucent = 1.5", "materials.m.translucent = 1.5 must lie in"),
         ("translucent = 0.5\ntwo_sided = false", "materials.m is translucent and not two_sided"),
-    ],
+    ],  # fmt: skip
 )
 def test_sheets_that_cannot_be_are_refused(text, told):
     with pytest.raises(SceneError) as error:

@@ -1,10 +1,11 @@
 """Albedo of facets: what they return of the light from one direction, integrated and tabulated."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
+from radiosity.light import fresnel
 from radiosity.light.facets import LEAST_COSINE
 
 COSINES = 160  # of a table
@@ -13,7 +14,7 @@ LEAST = 1e-9  # cosine of the table's grazing end
 ROUGHNESSES = np.geomspace(1e-4, 1.0, 41)  # of the tables between which others lie
 
 
-def facet_albedo(facets, shadowing, fresnel: Callable, cosine, leans=LEANS, turns=TURNS):
+def facet_albedo(facets, shadowing, index, cosine, leans=LEANS, turns=TURNS):
     """Return int f cos(theta_l) dw of Torrance-Sparrow facets, (k, bands).
 
     With dw = 4 (V.H) dw_H it is int D F(V.H) [G/((N.L)(N.V))] (N.L)(V.H) dw_H. Over cos(alpha) the
@@ -25,7 +26,8 @@ def facet_albedo(facets, shadowing, fresnel: Callable, cosine, leans=LEANS, turn
     ----------
     facets : object
         With a scalar roughness.
-    shadowing, fresnel : callable
+    shadowing : callable
+    index : (bands,) or None
         See `torrance_sparrow.TorranceSparrow`.
     cosine : (k,) float64
         N.V in (0, 1].
@@ -39,10 +41,18 @@ def facet_albedo(facets, shadowing, fresnel: Callable, cosine, leans=LEANS, turn
     lit = np.maximum(light, 0.0)
     hidden = shadowing(facets, lit, view, across, up)
     share = np.where(light > 0.0, hidden * lit * across, 0.0) * arc * weight / np.pi
-    return np.einsum("kat,katb->kb", share, fresnel(across))
+    return np.einsum("kat,katb->kb", share, mirrored_share(index, across))
 
 
-def albedo_table(facets, shadowing, fresnel: Callable) -> Callable:
+def mirrored_share(index, cosine):
+    """Return F (..., bands) of facets of an index; 1 (..., 1) where none is given."""
+    if index is None:
+        return np.ones((*np.shape(cosine), 1))
+    return fresnel.reflectance(np.asarray(cosine)[..., None], np.asarray(index))
+
+
+@lru_cache(maxsize=256)
+def albedo_table(facets, shadowing: Callable, index: tuple | None) -> Callable:
     """Return a function of the cosine, of any shape (...), that gives the albedo (..., bands).
 
     Cubic and monotone between cosines (Fritsch & Carlson 1980) as close as the facets are flat
@@ -54,7 +64,8 @@ def albedo_table(facets, shadowing, fresnel: Callable) -> Callable:
     stretch = np.arcsinh(1.0 / slant)
     place = np.linspace(0.0, 1.0, COSINES)
     cosines = np.clip(np.sinh(place**2 * stretch) * slant, LEAST, 1.0)
-    curve = PchipInterpolator(place, facet_albedo(facets, shadowing, fresnel, cosines), axis=0)
+    albedo = np.minimum(facet_albedo(facets, shadowing, index, cosines), 1.0)
+    curve = PchipInterpolator(place, albedo, axis=0)
     return lambda cosine: curve(
         np.sqrt(np.clip(np.arcsinh(np.asarray(cosine) / slant) / stretch, 0.0, 1.0))
     )
@@ -69,18 +80,17 @@ def albedo_of_points(model, cosine):
     place = np.interp(np.log(roughness), np.log(ROUGHNESSES), np.arange(len(ROUGHNESSES)))
     below = np.minimum(place.astype(int), len(ROUGHNESSES) - 2)
     used = np.unique([below, below + 1])
-    tables = {k: _table_of(model, float(ROUGHNESSES[k])) for k in used}
-    albedo = np.empty((*cosine.shape, model.fresnel(1.0).shape[-1]))
+    kind = type(model.facets)
+    tables = {
+        k: albedo_table(kind(float(ROUGHNESSES[k])), model.shadowing, model.index_values)
+        for k in used
+    }
+    albedo = np.empty((*cosine.shape, 1 if model.index is None else len(model.index)))
     for k in np.unique(below):
         mine = below == k
         low, high = (tables[j](cosine[mine]) for j in (k, k + 1))
         albedo[mine] = low + (place[mine] - k)[:, None] * (high - low)
     return albedo
-
-
-def _table_of(model, roughness):
-    facets = replace(model.facets, roughness=roughness)
-    return albedo_table(facets, model.shadowing, model.fresnel)
 
 
 def _leans(facets, view, count):

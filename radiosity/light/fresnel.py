@@ -117,10 +117,8 @@ def _square(c, nu):
 
 
 def _ratio(a, b):
-    """Return a/b, 0 where b is 0: at grazing incidence on a medium that is no other."""
-    a, b = np.broadcast_arrays(a, b)
-    nothing = b == 0
-    return np.where(nothing, 0.0, a / np.where(nothing, 1.0, b))
+    """Return a/b, 0 where b is 0, as a then is: at grazing incidence on a medium like the other."""
+    return a / np.where(b == 0, 1.0, b)
 
 
 def _checked(cosine, index):

@@ -6,11 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from radiosity.light import fresnel
-from radiosity.light.facet_albedo import albedo_of_points, albedo_table
+from radiosity.light.facet_albedo import albedo_of_points, albedo_table, mirrored_share
+from radiosity.light.facets import TrowbridgeReitz
 from radiosity.light.frames import halfway
 from radiosity.light.reflection import diffuse_mean, shown
-from radiosity.light.visible import mirrored_density, mirrored_view
+from radiosity.light.shadowing import smith
+from radiosity.light.visible import ellipsoid_view, mirrored_density, mirrored_view
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +60,14 @@ class TorranceSparrow:
         """Return the model with another roughness, or one for each point."""
         return replace(self, facets=replace(self.facets, roughness=roughness))
 
+    @property
+    def index_values(self) -> tuple | None:
+        """The index as a tuple, by which tables are found again."""
+        return None if self.index is None else tuple(self.index.tolist())
+
     def fresnel(self, cosine):
         """Return F (..., bands) of one facet; bands is 1 where all are alike."""
-        if self.index is None:
-            return np.ones((*np.shape(cosine), 1))
-        return fresnel.reflectance(np.asarray(cosine)[..., None], self.index)
+        return mirrored_share(self.index, cosine)
 
     def value(self, to_light, to_view):
         """Return f (..., bands) in 1/sr."""
@@ -88,8 +92,10 @@ class TorranceSparrow:
 
         Where the roughness is an array, between tables of fixed ones, to 2e-3.
         """
-        unit = albedo_of_points(self, cosine) if np.ndim(self._shape) else self._table(cosine)
-        return unit * self.reflectance
+        if np.ndim(self._shape):
+            return albedo_of_points(self, cosine) * self.reflectance
+        facets = type(self.facets)(float(self._shape))
+        return albedo_table(facets, self.shadowing, self.index_values)(cosine) * self.reflectance
 
     @cached_property
     def mean_albedo(self):
@@ -100,19 +106,27 @@ class TorranceSparrow:
 
     def sample(self, to_view, u):
         """Return the view mirrored in facets of the distribution that it sees."""
+        if self._ellipsoids:
+            return ellipsoid_view(self.facets.roughness, u, to_view)
         return mirrored_view(self.facets.cosine_of(u[..., 0]), u[..., 1], to_view)
 
     def density(self, to_view, directions):
-        """Return the density (...) per steradian of `sample`."""
-        return mirrored_density(self.facets.chosen, to_view, directions)
+        """Return the density (...) per steradian of `sample`; D/(4 P(V)) with Smith's shadowing."""
+        if not self._ellipsoids:
+            return mirrored_density(self.facets.chosen, to_view, directions)
+        _, view, half, across = self._cosines(directions, to_view)
+        seen = 4.0 * np.maximum(view + self.facets.hidden(np.maximum(view, 0.0)), 1e-300)
+        density = self.facets.relative(half) / self.facets.norm() / seen
+        return np.where((half > 0.0) & (across > 0.0) & (view > 0.0), density, 0.0)
+
+    @property
+    def _ellipsoids(self) -> bool:
+        """Whether the facets that the view sees can be sampled without any detour."""
+        return self.shadowing is smith and isinstance(self.facets, TrowbridgeReitz)
 
     @property
     def _shape(self):
         return next(iter(vars(self.facets).values()))
-
-    @cached_property
-    def _table(self):
-        return albedo_table(self.facets, self.shadowing, self.fresnel)
 
     def _cosines(self, to_light, to_view):
         half, across = halfway(to_light, to_view)

@@ -156,7 +156,7 @@ def _parts(table, problems):
 
 def _lobe_of_any_exponent(table):
     """Return a lobe for a wrong table whose model and reflectance are right, None if not."""
-    if not isinstance(table, dict) or table.get("model") not in OF_LOBES:
+    if not isinstance(table, dict) or table.get("model") not in tuple(OF_LOBES):
         return None
     share = _share(table, "reflectance")
     return None if share is None else Phong(share, 0.0)

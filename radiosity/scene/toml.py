@@ -233,12 +233,12 @@ def _materials(tables, geometry, unit_m):
     for name, table in tables.items():
         used = name in geometry.material_names
         faces = geometry.faces.material == (geometry.material_names.index(name) if used else -1)
-        diffuse, absorptance, note = _diffuse(name, table)
-        notes += [note] if note else []
-        emission = _radiance(table.emission, float(areas[faces].sum()))
         lobe, mirror, transmit, said = _optics(name, table)
-        notes += said
         through = None if table.translucent is None else np.array(table.translucent)
+        shines = any(part is not None for part in (lobe, mirror, transmit, through))
+        diffuse, absorptance, note = _diffuse(name, table, shines)
+        notes += [note, *said] if note else said
+        emission = _radiance(table.emission, float(areas[faces].sum()))
         made[name] = Material(name, diffuse, absorptance, emission, lobe, table.two_sided,
                               mirror, transmit, through)  # fmt: skip
     return made, notes
@@ -254,7 +254,7 @@ def _optics(name, table):
     return lobe, mirror, transmit, notes_of(name, mirror, transmit)
 
 
-def _diffuse(name, table):
+def _diffuse(name, table, shines):
     """Return reflectance and absorptance (3,), and a note where neither is given."""
     if isinstance(table.diffuse, TextureKey):
         return np.zeros(3), np.ones(3), None  # the texture tells
@@ -263,7 +263,6 @@ def _diffuse(name, table):
         return 1 - absorptance, absorptance, None
     if table.diffuse is not None:
         return np.array(table.diffuse), 1 - np.array(table.diffuse), None
-    shines = any(getattr(table, key) for key in ("specular", "mirror", "transmit", "translucent"))
     value = 0.0 if shines else DEFAULT_REFLECTANCE
     diffuse = np.full(3, value)
     return diffuse, 1 - diffuse, f'material "{name}" gives no diffuse: {value:g} is taken'

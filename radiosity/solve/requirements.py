@@ -247,7 +247,8 @@ def _environment(scene, plan, reach, is_open):
 def _highlights(scene, plan, reach, is_open):
     glossy = having(scene, "specular")
     if glossy:
-        return Requirement("highlights", "lobes", f"{glossy}: in pictures; else they count as diffuse")
+        why = f"{glossy}: in pictures; between surfaces they count as diffuse"
+        return Requirement("highlights", "lobes", why)
     return Requirement("highlights", "nothing", "no surface is glossy")
 
 
