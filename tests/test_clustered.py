@@ -16,7 +16,7 @@ from radiosity.solve.limits import DIMS, box_of_one_lamp, face_means, room_of
 from radiosity.solve.plan import make_plan, plan_of_clusters
 from radiosity.solve.reach import find_reach
 from radiosity.solve.solve import solve
-from radiosity.solve.system import area_lights, make_terms
+from radiosity.solve.system import lights_of, make_terms
 from radiosity.transport.operator import FormFactors
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -100,8 +100,9 @@ def test_clusters_keep_means_and_differences_near_reflectance_1(left, bound):
     f = np.array(box_form_factors(DIMS))
     factors = FormFactors((areas[:, None] * f + areas * f.T) / 2, areas)
     straight = np.repeat(f[:, 1], np.bincount(patches.face))[:, None] * np.ones(3)
-    terms, lights = make_terms(room, patches, reach.live), area_lights(room)
-    level = solved(room, reach, made.recipe, terms, lights, patches.face, factors, straight)
+    terms, lights = make_terms(room, patches, reach.live), lights_of(room)
+    level = solved(room, reach, made.recipe, terms, lights, patches.face, factors, straight,
+                       0 * straight)  # fmt: skip
     exact = box_of_one_lamp(left)
     found = means(level.coefficients)
     assert found == pytest.approx([float(x) for x in exact], rel=bound)

@@ -18,7 +18,7 @@ from radiosity.scene.model import Camera
 from radiosity.solve.methods import NotConverged
 from radiosity.solve.solve import solve
 from radiosity.transport.closure import NotClosable
-from radiosity.transport.irradiance import AreaLights
+from radiosity.transport.irradiance import Lights
 from radiosity.transport.operator import FormFactors, Openness
 
 DIMS, RHO, LAMP = (4, 3, 2.5), [0.2, 0.7, 0.5, 0.3, 0.6, 0.4], [0, 1.0, 0, 0, 0, 0.3]
@@ -133,13 +133,13 @@ def fault_in_pi_of_emission(patch):
 def fault_in_pi_of_lamps(patch):
     from radiosity.solve import level
 
-    original = level.area_lights
+    original = level.lights_of
 
     def without_pi(scene):
         lights = original(scene)
-        return AreaLights(lights.polygons, lights.normals, lights.exitance / np.pi)
+        return Lights(lights.polygons, lights.normals, lights.exitance / np.pi)
 
-    patch(level, "area_lights", without_pi)
+    patch(level, "lights_of", without_pi)
 
 
 def fault_in_area(patch):

@@ -37,24 +37,26 @@ def detailed():
     return Scene("ball", Faces.from_polygons(ball, kind, 0, merge=False), made.materials, ("all",))
 
 
-# name: scene, and bands, visibility, backs, environment, highlights, area lights, elements, solver
+# name: scene, and bands, visibility, backs, environment, highlights, area lights, abstract lights,
+# elements, solver
 TABLE = {
     "grey box": (lambda: scene(ROOM, 0.5, LAMP),
-                 "1|nothing|nothing|nothing|nothing|1|linear|gauss-seidel"),
+                 "1|nothing|nothing|nothing|nothing|1|nothing|linear|gauss-seidel"),
     "red box": (lambda: scene(ROOM, RED, LAMP),
-                "3|nothing|nothing|nothing|nothing|1|linear|gauss-seidel"),
+                "3|nothing|nothing|nothing|nothing|1|nothing|linear|gauss-seidel"),
     "open box": (lambda: scene(OPEN, 0.5, [1.0, 0, 0, 0, 0]),
-                 "1|nothing|nothing|black|nothing|1|linear|gauss-seidel"),
+                 "1|nothing|nothing|black|nothing|1|nothing|linear|gauss-seidel"),
     "box under a sky": (lambda: scene(OPEN, 0.5, ambient=np.ones(3)),
-                        "1|nothing|of 5 patches|emits|nothing|nothing|linear|gauss-seidel"),
+                        "1|nothing|of 5 patches|emits|nothing|nothing|nothing|linear|gauss-seidel"),
     "block in a box": (lambda: scene(np.concatenate([ROOM, STOOD]), 0.5, [*LAMP, *[0] * 5]),
-                       "1|exact shadows|nothing|nothing|nothing|1|linear|gauss-seidel"),
+                       "1|exact shadows|nothing|nothing|nothing|1|nothing|linear|gauss-seidel"),
     "sheet in a box": (lambda: scene(np.concatenate([ROOM, SHEET]), 0.5, [*LAMP, 0]),
-                       "1|exact shadows|of 1 patches|nothing|nothing|1|linear|gauss-seidel"),
-    "glossy box": (glossy, "1|nothing|nothing|nothing|lobes|1|linear|gauss-seidel"),
+                   "1|exact shadows|of 1 patches|nothing|nothing|1|nothing|linear|gauss-seidel"),
+    "glossy box": (glossy, "1|nothing|nothing|nothing|lobes|1|nothing|linear|gauss-seidel"),
     "white box": (lambda: scene(ROOM, 0.999, LAMP),
-                  "1|nothing|nothing|nothing|nothing|1|linear|direct"),
-    "ball in a box": (detailed, "1|rays|nothing|measured|nothing|1|600 clusters|gauss-seidel"),
+                  "1|nothing|nothing|nothing|nothing|1|nothing|linear|direct"),
+    "ball in a box": (detailed,
+                      "1|rays|nothing|measured|nothing|1|nothing|600 clusters|gauss-seidel"),
 }  # fmt: skip
 
 

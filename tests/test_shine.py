@@ -7,7 +7,7 @@ from radiosity.analytic import point_to_parallel_rectangle
 from radiosity.mesh.patches import centroids
 from radiosity.solve.plan import make_plan
 from radiosity.solve.reach import find_reach
-from radiosity.solve.system import area_lights
+from radiosity.solve.system import lights_of
 from radiosity.transport.irradiance import FINER
 from radiosity.transport.lookup import margin_in
 from radiosity.transport.shine import _leave_the_dark, shine
@@ -15,7 +15,7 @@ from radiosity.transport.shine import _leave_the_dark, shine
 
 def shone_on(model, mesh):
     reach = find_reach(model, make_plan(model, 0.1, mesh).division, 0)
-    lights = area_lights(model)
+    lights = lights_of(model)
     irradiance, face = shine(
         model.faces, reach.patches, reach.live, reach.visibility, reach.table, lights, 0
     )

@@ -36,6 +36,7 @@ def describe(scene) -> str:
             + _lobe(material.specular)
             + ("" if material.two_sided else "  back black")
         )
+    lines += _lights(scene)
     lines += ["", f"{'camera':16}{'position':26}{'target':26}{'fov':>8}  size"]
     for camera in scene.cameras.values():
         lines.append(
@@ -43,6 +44,18 @@ def describe(scene) -> str:
             f"{camera.fov:8.4g}  {camera.size[0]}x{camera.size[1]}"
         )
     return "\n".join(lines + _findings(scene))
+
+
+def _lights(scene) -> list[str]:
+    """Return the abstract light sources, and what enters from outside."""
+    lines = ["", f"{'light':16}{'position or direction':26}{'W/sr or W/m2':24}group"]
+    for light in scene.lights:
+        kind = type(light).__name__.lower()
+        where = light.direction if kind == "directional" else light.position
+        lines.append(f"{kind:16}{_bands(where):26}{_bands(light.strength):24}{light.group or '-'}")
+    if scene.ambient.any():
+        lines.append(f"{'ambient':16}{'from outside, W/(m2 sr)':26}{_bands(scene.ambient):24}-")
+    return lines if len(lines) > 2 else []
 
 
 def _findings(scene) -> list[str]:

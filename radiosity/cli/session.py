@@ -13,8 +13,6 @@ def load_scene(path: str, mesh: str, ambient: float, quiet: bool):
 
     Pairs of triangles are joined to quadrilaterals, but not for ``--mesh input``.
     """
-    import numpy as np
-
     from radiosity.scene.files import load
 
     if not 0 <= ambient < float("inf"):
@@ -22,9 +20,9 @@ def load_scene(path: str, mesh: str, ambient: float, quiet: bool):
     scene = load(path, merge=mesh != "input")
     for note in scene.notes:
         remark(f"note: {note}", quiet)
-    if not any(m.emits for m in scene.materials) and ambient == 0:
+    if not scene.has_light and ambient == 0:
         remark("note: nothing in the scene emits light; --ambient 1 lets some in", quiet)
-    return replace(scene, ambient=np.full(scene.bands.count, float(ambient))) if ambient else scene
+    return replace(scene, ambient=scene.ambient + ambient) if ambient else scene
 
 
 LATE = 1.5  # times the time asked that is worth a remark

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from radiosity.light.bands import RGB, Bands
+from radiosity.light.sources import Light
 from radiosity.mesh.faces import Faces
 
 
@@ -105,7 +106,9 @@ class Truth:
 class Scene:
     """A scene as read; lengths are in ``unit``, whose size in metres is ``unit_m``.
 
-    ``bands`` tells what the numbers of its materials and of its ``ambient`` radiance stand for.
+    ``bands`` tells what the numbers of its materials and lights stand for; ``ambient`` (bands,) is
+    the radiance that enters from outside, W/(m2 sr), 0 if not given; ``lights`` are abstract light
+    sources, seen by surfaces and not by cameras.
 
     Examples
     --------
@@ -124,7 +127,8 @@ class Scene:
     unit: str = "m"
     unit_m: float = 1.0
     up: str = "z"
-    ambient: np.ndarray | None = None  # (bands,) W/(m2 sr) that enter from outside; none is 0
+    ambient: np.ndarray | None = None
+    lights: tuple[Light, ...] = ()
     truth: Truth | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
@@ -133,6 +137,12 @@ class Scene:
     def __post_init__(self):
         if self.ambient is None:
             object.__setattr__(self, "ambient", np.zeros(self.bands.count))
+
+    @property
+    def has_light(self) -> bool:
+        """Whether any face emits, any light shines or any enters from outside."""
+        emits = any(m.emits for m in self.materials)
+        return bool(emits or self.ambient.any() or any(s.strength.any() for s in self.lights))
 
     def check(self) -> None:
         """Refuse what no reader lets through, for scenes that are made in code.
@@ -155,6 +165,8 @@ class Scene:
             problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)
             problems += _outside(f"{where}.absorptance", m.absorptance, 1.0, "a share of the light")
             problems += _outside(f"{where}.emission", m.emission, np.inf, "radiance in W/(m2 sr)")
+        for k, light in enumerate(self.lights):
+            problems += _outside(f"lights[{k}]", light.strength, np.inf, "in W/sr, or W/m2")
         problems += _outside("ambient", self.ambient, np.inf, "radiance in W/(m2 sr)")
         if problems:
             raise SceneError(self.source or self.name, problems)
@@ -165,6 +177,7 @@ class Scene:
         for m in self.materials:
             for key in ("diffuse", "absorptance", "emission"):
                 values[f"materials.{m.name}.{key}"] = getattr(m, key)
+        values |= {f"lights[{k}]": light.strength for k, light in enumerate(self.lights)}
         return [
             f"{where} has the shape {np.shape(x)}, must have ({count},): one number a band of the "
             f"scene ({', '.join(self.bands.names[:3])}{', ..' if count > 3 else ''})"

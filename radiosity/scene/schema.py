@@ -143,6 +143,7 @@ def _truth_radiosity(value) -> dict:
 REFLECTANCE = Bands(Number(0, 1, RECEIVES))
 ABSORPTANCE = Bands(Number(0, 1, "it is 1 - reflectance"))
 POWER = Number(0, why="light cannot be taken away")
+BANDS = Bands(POWER)
 LENGTH = Number(-LONGEST, LONGEST, "powers of longer lengths cannot be computed")
 POINT = Sequence(LENGTH, 3, "three numbers [x, y, z]")
 SCALE = Bands(LENGTH, "a number or [x, y, z]")
@@ -151,77 +152,80 @@ POLYGONS = Sequence(POLYGON, None, "a list of polygons [[[x, y, z], ...")
 MATRIX = Sequence(Sequence(LENGTH, 4, "four numbers"), 4, "four rows of four numbers")
 
 
-def _taken_by(check):
+def taken_by(check: Any) -> Any:
+    """Return the type of a key whose value a check turns into what the model holds."""
     return Annotated[Any, BeforeValidator(check)]
 
 
-class _Strict(BaseModel):
+class StrictTable(BaseModel):
+    """A table of known keys only."""
+
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-class SpecularTable(_Strict):
+class SpecularTable(StrictTable):
     """The key ``specular`` of a material."""
 
     model: Literal["phong"] = Field(description='the only model is "phong"')
-    reflectance: _taken_by(REFLECTANCE) = Field(description="a number or [r, g, b] in [0, 1]")
-    exponent: _taken_by(Number(0, why="the lobe is cos^exponent")) = Field(
+    reflectance: taken_by(REFLECTANCE) = Field(description="a number or [r, g, b] in [0, 1]")
+    exponent: taken_by(Number(0, why="the lobe is cos^exponent")) = Field(
         description="0 is as wide as diffuse reflection, 1000 nearly a mirror"
     )
 
 
-class EmissionTable(_Strict):
+class EmissionTable(StrictTable):
     """The key ``emission`` of a material: one of five quantities."""
 
-    radiance: _taken_by(Bands(POWER)) = None
-    exitance: _taken_by(Bands(POWER)) = None
-    luminance: _taken_by(POWER) = None
-    radiant_flux: _taken_by(Bands(POWER)) = None
-    luminous_flux: _taken_by(POWER) = None
+    radiance: taken_by(BANDS) = None
+    exitance: taken_by(BANDS) = None
+    luminance: taken_by(POWER) = None
+    radiant_flux: taken_by(BANDS) = None
+    luminous_flux: taken_by(POWER) = None
 
 
-class MaterialTable(_Strict):
+class MaterialTable(StrictTable):
     """One ``[materials.NAME]``."""
 
-    diffuse: _taken_by(REFLECTANCE) = None
-    absorptance: _taken_by(ABSORPTANCE) = None
+    diffuse: taken_by(REFLECTANCE) = None
+    absorptance: taken_by(ABSORPTANCE) = None
     two_sided: bool = True
     specular: SpecularTable | None = None
     emission: EmissionTable | None = None
 
 
-class GeometryTable(_Strict):
+class GeometryTable(StrictTable):
     """One ``[[geometry]]``."""
 
     file: str | None = None
     material: str | None = None
-    polygons: _taken_by(POLYGONS) = None
-    transform: _taken_by(MATRIX) = None
-    translate: _taken_by(POINT) = None
-    rotate: _taken_by(POINT) = None
-    scale: _taken_by(SCALE) = None
+    polygons: taken_by(POLYGONS) = None
+    transform: taken_by(MATRIX) = None
+    translate: taken_by(POINT) = None
+    rotate: taken_by(POINT) = None
+    scale: taken_by(SCALE) = None
 
 
-class CameraTable(_Strict):
+class CameraTable(StrictTable):
     """One ``[cameras.NAME]``."""
 
-    position: _taken_by(POINT) = Field(description="the point the camera looks from, [x, y, z]")
-    target: _taken_by(POINT) = Field(description="the point the camera looks at, [x, y, z]")
-    up: _taken_by(POINT) = None
-    fov: _taken_by(Number(0, 180, "the vertical angle in degrees", inclusive=False)) = 40.0
-    size: _taken_by(_picture_size) = (512, 512)
+    position: taken_by(POINT) = Field(description="the point the camera looks from, [x, y, z]")
+    target: taken_by(POINT) = Field(description="the point the camera looks at, [x, y, z]")
+    up: taken_by(POINT) = None
+    fov: taken_by(Number(0, 180, "the vertical angle in degrees", inclusive=False)) = 40.0
+    size: taken_by(_picture_size) = (512, 512)
 
 
-class TruthTable(_Strict):
+class TruthTable(StrictTable):
     """The table ``[truth]``."""
 
-    radiosity: _taken_by(_truth_radiosity) = Field(description="the known answer in W/m2")
-    relative_tolerance: _taken_by(Number(0, inclusive=False)) = Field(
+    radiosity: taken_by(_truth_radiosity) = Field(description="the known answer in W/m2")
+    relative_tolerance: taken_by(Number(0, inclusive=False)) = Field(
         description="how far from it an answer may be"
     )
-    mesh: _taken_by(_mesh) = "auto"
+    mesh: taken_by(_mesh) = "auto"
 
 
-class SceneTable(_Strict):
+class SceneTable(StrictTable):
     """The file: its keys at the top; the tables in it are checked one by one."""
 
     name: str = ""
@@ -229,6 +233,7 @@ class SceneTable(_Strict):
     up: Literal["x", "y", "z"] = "z"
     geometry: list[Any] = ()
     materials: dict[str, Any] = {}
+    lights: list[Any] = ()
     cameras: dict[str, Any] = {}
     truth: dict[str, Any] | None = None
 

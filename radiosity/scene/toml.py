@@ -18,6 +18,7 @@ from radiosity.scene.assemble import (
     with_materials,
 )
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
+from radiosity.scene.lights import Ambient, read_lights
 from radiosity.scene.model import Camera, Material, Phong, Scene, SceneError, Truth
 from radiosity.scene.schema import (
     ABSORPTANCE,
@@ -73,6 +74,7 @@ def read_toml(
     parts = _parts(raw.get("geometry", []), read_geometry, merge, problems)
     materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
     cameras = _tables(CameraTable, raw, "cameras", problems, _camera_problems)
+    lights = read_lights(raw.get("lights", []), problems)
     truth = _truth(raw, problems)
     geometry = joined(parts) if parts and None not in parts else None
     if geometry is not None:
@@ -90,6 +92,8 @@ def read_toml(
         unit=top.unit,
         unit_m=UNITS[top.unit],
         up=top.up,
+        ambient=sum((s.radiance for s in lights if isinstance(s, Ambient)), np.zeros(3)),
+        lights=tuple(s for s in lights if not isinstance(s, Ambient)),
         truth=truth,
         source=source,
         notes=geometry.notes,

@@ -1,9 +1,9 @@
 """One mesh of many small patches, solved: light between clusters, their details from the lights.
 
-Light that comes straight from lamps is computed on every patch. What has been reflected varies
-slowly, so it is exchanged between clusters of patches, whose factors rays count, and sent down to
-their patches: F = Push L Pull, with L between clusters, Pull the mean over a cluster and Push the
-same irradiance for all of its patches.
+Light that comes straight from its sources is computed on every patch. What has been reflected
+varies slowly, so it is exchanged between clusters of patches, whose factors rays count, and sent
+down to their patches: F = Push L Pull, with L between clusters, Pull the mean over a cluster and
+Push the same irradiance for all of its patches.
 """
 
 from collections.abc import Callable
@@ -13,27 +13,29 @@ from functools import cached_property
 import numpy as np
 
 from radiosity.mesh.clusters import make_clusters
+from radiosity.mesh.elements import make_elements
 from radiosity.scene.model import Scene
 from radiosity.solve.level import suited
 from radiosity.solve.methods import System, solve_bands
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
-from radiosity.solve.system import Terms, area_lights, make_terms
+from radiosity.solve.system import Terms, lights_of, make_terms
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.closure import repaired
 from radiosity.transport.counting import count_rays, counted_factors
 from radiosity.transport.irradiance import (
-    AreaLights,
+    Lights,
     Surroundings,
     direct_irradiance,
     indirect_irradiance,
 )
+from radiosity.transport.lamps import lamps_on
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, over_ranges, silent
 
-LIGHT_RAYS = 16  # to each lamp from the middle of a patch
-MOST_LIGHTS = 512  # found by chance, more lamps than these would be noise
+LIGHT_RAYS = 16  # to each face that emits from the middle of a patch
+MOST_LIGHTS = 512  # found by chance, more faces that emit than these would be noise
 CHUNK = 4096
 RAYS = 64, 1 << 16  # from a cluster, the fewest and the most
 POINTS_AT_ONCE = 65536
@@ -51,7 +53,9 @@ class Clustered:
     factors : FormFactors
         Between clusters.
     straight : (m, bands) float64
-        Irradiance on each live patch that comes straight from lamps, W/m2.
+        Irradiance on each live patch that comes straight from faces that emit, W/m2.
+    lamplight : (m, bands) float64
+        The same of abstract light sources.
     coefficients, arriving : (m, bands) float64
         Radiosity and irradiance of the live patches, W/m2.
     outside : (m,) float64
@@ -66,8 +70,9 @@ class Clustered:
     recipe: Recipe
     labels: np.ndarray
     factors: FormFactors
-    lights: AreaLights
+    lights: Lights
     straight: np.ndarray
+    lamplight: np.ndarray
     coefficients: np.ndarray
     arriving: np.ndarray
     outside: np.ndarray
@@ -87,13 +92,18 @@ class Clustered:
         return full
 
     @property
+    def entering(self) -> np.ndarray:
+        """Return (m, bands): the irradiance of the live patches that no patch sends, W/m2."""
+        return np.pi * self.outside[:, None] * self.scene.ambient + self.lamplight
+
+    @property
     def escaping(self) -> np.ndarray:
         """Return (m, bands): the radiosity of each live patch that leaves the scene, W/m2."""
         return self.coefficients * self.outside[:, None]
 
     @cached_property
     def surroundings(self) -> Surroundings:
-        """Return what rays that look around meet; lamps are left to be sampled by themselves."""
+        """Return what rays that look around meet; lights are left to be sampled by themselves."""
         value = self.coefficients
         if len(self.lights.polygons):
             value = value - self.terms.emission[self.rows]
@@ -134,9 +144,10 @@ def solve_clusters(
 ) -> Clustered:  # fmt: skip
     """Solve a mesh of many patches by so many clusters; see `solve_level` for what it raises."""
     patches, rows = reach.patches, np.flatnonzero(reach.live)
-    terms, lights = make_terms(scene, patches, reach.live), area_lights(scene, MOST_LIGHTS)
+    terms, lights = make_terms(scene, patches, reach.live), lights_of(scene, MOST_LIGHTS)
     labels = make_clusters(patches, rows, _kinds(terms, rows), clusters)
-    straight = _straight(reach, rows, lights, recipe.seed, progress)
+    straight = _straight(reach, rows, replace(lights, lamps=()), recipe.seed, progress)
+    lamplight = _lamplight(reach, rows, lights)
     n = labels.max(initial=-1) + 1
     half = int(np.clip(recipe.counted // max(1, n), *RAYS)) // 2
     area = np.bincount(labels, patches.area[rows], n)
@@ -146,7 +157,7 @@ def solve_clusters(
         for some in (range(half), range(half, 2 * half))
     )  # fmt: skip
     factors = repaired(counted_factors(one + two, area, 2 * half))
-    made = solved(scene, reach, recipe, terms, lights, labels, factors, straight, watch)
+    made = solved(scene, reach, recipe, terms, lights, labels, factors, straight, lamplight, watch)
     return replace(made, half=counted_factors(one, area, half))
 
 
@@ -160,7 +171,7 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     above = np.unique(above, return_inverse=True)[1]
     parts = level.scene, level.reach, level.recipe, level.terms, level.lights
     factors = repaired(level.half.grouped(above))
-    return solved(*parts, above[level.labels], factors, level.straight)
+    return solved(*parts, above[level.labels], factors, level.straight, level.lamplight)
 
 
 def _kinds(terms, rows):
@@ -169,7 +180,7 @@ def _kinds(terms, rows):
 
 
 def _straight(reach, rows, lights, seed, progress):
-    """Return (m, bands): what comes straight from lamps in the middles of patches."""
+    """Return (m, bands): what comes straight from polygons that emit in the middles of patches."""
     patches, found = reach.patches, np.zeros((len(rows), lights.exitance.shape[1]))
 
     def work(a, b):
@@ -179,24 +190,33 @@ def _straight(reach, rows, lights, seed, progress):
             seed,
         )  # fmt: skip
 
-    if len(lights.polygons):
+    if lights:
         over_ranges(work, len(rows), CHUNK, "direct light", progress)
     return found
 
 
+def _lamplight(reach, rows, lights):
+    """Return (m, bands): the mean over each patch of what abstract sources send."""
+    if not lights.lamps:
+        return np.zeros((len(rows), lights.exitance.shape[1]))
+    elements = make_elements(reach.patches, rows, 0)
+    return lamps_on(reach.visibility, lights.lamps, elements, lights.unit_m)
+
+
 def solved(
-    scene, reach, recipe, terms, lights, labels, factors, straight, watch=None
+    scene, reach, recipe, terms, lights, labels, factors, straight, lamplight, watch=None
 ) -> Clustered:
     """Solve the system of clusters and send its light down to the patches.
 
-    What of the straight light is reflected is scaled to the power that leaves the lamps and stays,
-    so that none is lost or made, in all, however often it is reflected.
+    What is reflected of the light that comes straight from faces is scaled to the power that leaves
+    them and stays, so that none is lost or made, in all, however often it is reflected.
     """
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     area, n = patches.area[rows], labels.max(initial=-1) + 1
     rho, emission = terms.reflectance[rows], terms.emission[rows]
     own = 0.0 if len(lights.polygons) else emission
-    entering = np.pi * factors.environment[labels][:, None] * scene.ambient
+    outside = factors.environment[labels]
+    entering = np.pi * outside[:, None] * scene.ambient + lamplight
 
     def pulled(x):
         return np.stack([np.bincount(labels, area * x[:, b], n) for b in range(x.shape[1])], axis=1)
@@ -215,8 +235,8 @@ def solved(
     def level(b, history):
         e = straight + entering + (factors @ b)[labels]
         return Clustered(
-            scene, reach, terms, recipe, labels, factors, lights, straight, emission + rho * e, e,
-            factors.environment[labels], history, solver,
+            scene, reach, terms, recipe, labels, factors, lights, straight, lamplight,
+            emission + rho * e, e, outside, history, solver,
         )  # fmt: skip
 
     seen = None if watch is None else lambda b: watch(level(b, []))

@@ -16,11 +16,12 @@ from radiosity.solve.methods import System, solve_bands
 from radiosity.solve.plan import Recipe, check_memory
 from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
-from radiosity.solve.system import Terms, area_lights, make_terms
+from radiosity.solve.system import Terms, lights_of, make_terms
 from radiosity.transport.arrival import Arrival, Senders, arriving, make_senders
 from radiosity.transport.closure import repaired
 from radiosity.transport.factors import patch_geometry
 from radiosity.transport.irradiance import Surroundings
+from radiosity.transport.lamps import lamp_irradiance, lamps_on
 from radiosity.transport.linear import LinearFactors, linear_factors
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
@@ -47,6 +48,8 @@ class Level:
         Of radiosity and irradiance on the m live patches, W/m2.
     outside : (width m,) float64
         Coefficients of the factor to the outside.
+    lamplight : (width m, bands) float64
+        Coefficients of the irradiance that abstract light sources cause, W/m2.
     history : list of float
         The solver's error bound after each iteration.
     solver : str
@@ -62,6 +65,7 @@ class Level:
     coefficients: np.ndarray
     arriving: np.ndarray
     outside: np.ndarray
+    lamplight: np.ndarray
     history: list
     solver: str
 
@@ -83,18 +87,26 @@ class Level:
         emission[: len(self.rows)] = self.terms.emission[self.rows]
         return emission
 
+    @property
+    def entering(self) -> np.ndarray:
+        """Return the coefficients (width m, bands) of irradiance that no patch sends."""
+        return _entering(self.scene, self.outside) + self.lamplight
+
     def reflected(self, coefficients: np.ndarray) -> np.ndarray:
         """Return the coefficients of what is reflected, once, of light that live patches send."""
-        rho = np.tile(self.terms.reflectance[self.rows], (self.senders.elements.width, 1))
         if self.senders.elements.order == 1:
-            return rho * (self.factors @ coefficients)
-        return rho * (self.factors @ self.on_patches(coefficients))[self.rows]
+            return self._reflectance * (self.factors @ coefficients)
+        return self._reflectance * (self.factors @ self.on_patches(coefficients))[self.rows]
+
+    @property
+    def _reflectance(self):
+        return np.tile(self.terms.reflectance[self.rows], (self.senders.elements.width, 1))
 
     @cached_property
     def surroundings(self) -> Surroundings:
         """Return what rays that look around meet."""
-        value = self.coefficients
-        lights = area_lights(self.scene)
+        lights = lights_of(self.scene)
+        value = self.coefficients - self._reflectance * self.lamplight
         if len(lights.polygons):
             value = value - self.emitted - self.reflected(self.emitted)
         return surroundings_of(
@@ -127,6 +139,10 @@ class Level:
             self.senders, self.coefficients, points, normals, seed=self.recipe.seed,
             progress=progress,
         )  # fmt: skip
+        if self.scene.lights:
+            found.total[:] += lamp_irradiance(
+                self.reach.visibility, self.scene.lights, points, normals, self.scene.unit_m
+            )
         if self.scene.ambient.any():
             share, error = self._sky_at(points, normals)
             found.total[:] += np.pi * share[:, None] * self.scene.ambient
@@ -194,20 +210,21 @@ def solve_level(
         outside, own = factors.outside, rows
     else:
         if factors is None:
-            factors = repaired(raw_factors(
-                reach, recipe.factors, recipe.seed, progress, not recipe.force
-            ))
+            factors = repaired(
+                raw_factors(reach, recipe.factors, recipe.seed, progress, not recipe.force)
+            )
         else:
             factors = fitted(factors, reach)
         outside, own = factors.environment, np.arange(len(patches))
-    system = _system(scene, terms, factors, outside, own, elements.width)
+    lamplight = _lamplight(scene, reach, elements, len(own), constant)
+    entering = _entering(scene, outside) + lamplight
+    system = _system(terms, factors, entering, own, elements.width)
     solver = suited(recipe.solver, system, reach.live[own])
 
     def level(b, history):
-        e = factors @ b + _entering(scene, outside)
-        parts = b, e, outside
-        b, e, out = parts if recipe.order == 1 else (x[rows] for x in parts)
-        return Level(scene, reach, terms, recipe, senders, factors, b, e, out, history, solver)
+        parts = b, factors @ b + entering, outside, lamplight
+        parts = parts if recipe.order == 1 else (x[rows] for x in parts)
+        return Level(scene, reach, terms, recipe, senders, factors, *parts, history, solver)
 
     seen = None if watch is None else lambda b: watch(level(b.copy(), []))
     return level(*solve_bands(solver, system, recipe.tolerance, recipe.force, seen))
@@ -218,10 +235,21 @@ def _entering(scene, outside):
     return np.pi * outside[:, None] * scene.ambient
 
 
-def _system(scene, terms, factors, outside, own, width) -> System:
+def _lamplight(scene, reach, elements, own, constant):
+    """Return the coefficients (width own, bands) of lamps' light on the live patches, or on all."""
+    found = np.zeros((elements.width * own, scene.bands.count))
+    if scene.lights:
+        live = lamps_on(reach.visibility, scene.lights, elements, scene.unit_m)
+        found[slice(None) if elements.order == 1 else reach.live] = live
+        if constant:
+            found[own:] = 0.0
+    return found
+
+
+def _system(terms, factors, entering, own, width) -> System:
     """Return the equations of the coefficients of patches ``own``."""
     rho = np.tile(terms.reflectance[own], (width, 1))
-    source = rho * _entering(scene, outside)
+    source = rho * entering
     source[: len(own)] += terms.emission[own]
     return System(factors, rho, np.tile(terms.absorptance[own], (width, 1)), source)
 

@@ -19,7 +19,7 @@ from radiosity.solve.level import STIFF, solve_level
 from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import WORTH
-from radiosity.solve.system import area_lights
+from radiosity.solve.system import lights_of
 
 TRIED = 0.1  # share of the work foreseen that rounds are tried for, at least one
 # Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
@@ -192,14 +192,15 @@ def _clocked(work, *what):
 
 def _requirements(scene, plan, reach, is_open) -> tuple[Requirement, ...]:
     """Return the decisions, in the order of the light's way."""
-    light = _bands, _visibility, _backs, _environment, _highlights, _lights
+    light = _bands, _visibility, _backs, _environment, _highlights, _lights, _lamps
     return tuple(make(scene, plan, reach, is_open) for make in (*light, _elements, _solver))
 
 
 def _bands(scene, plan, reach, is_open):
     used = [scene.materials[k] for k in np.unique(scene.faces.material)]
     rho = np.array([m.diffuse for m in used])
-    emitted = np.array([m.emission for m in used] + [scene.ambient])
+    lamps = [lamp.strength for lamp in scene.lights]
+    emitted = np.array([m.emission for m in used] + [scene.ambient, *lamps])
     grey = np.all(rho == rho[:, :1]) and np.linalg.matrix_rank(emitted) <= 1
     if plan.recipe.force:
         return Requirement("bands", str(scene.bands.count), "all are asked for (--force)")
@@ -250,9 +251,16 @@ def _lights(scene, plan, reach, is_open):
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
     if not emits.any():
         return Requirement("area lights", "nothing", "no face emits")
-    one_by_one = len(area_lights(scene).polygons)
+    one_by_one = len(lights_of(scene).polygons)
     how = "one by one" if one_by_one else "as patches: too many"
     return Requirement("area lights", f"{int(emits.sum())}", f"sampled {how} in pictures")
+
+
+def _lamps(scene, plan, reach, is_open):
+    if scene.lights:
+        why = "exact at points, averaged over patches, with shadows"
+        return Requirement("abstract lights", f"{len(scene.lights)}", why)
+    return Requirement("abstract lights", "nothing", "there are none")
 
 
 def _elements(scene, plan, reach, is_open):
@@ -270,5 +278,3 @@ def _solver(scene, plan, reach, is_open):
     if left < STIFF and not is_open:
         return Requirement("solver", "direct", "reflectances near 1: bounces hardly fade")
     return Requirement("solver", plan.recipe.solver, "the matrix is dense")
-
-

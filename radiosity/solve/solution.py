@@ -120,9 +120,8 @@ class Solution:
         level, rows = self.level, self.level.rows
         area = (self.patches.area[rows] * self.scene.unit_m**2)[:, None]
         m = len(rows)
-        entering = np.pi * level.outside[:m, None] * self.scene.ambient
         return Balance(
-            emitted=(area * (level.terms.emission[rows] + entering)).sum(axis=0),
+            emitted=(area * (level.terms.emission[rows] + level.entering[:m])).sum(axis=0),
             absorbed=(area * level.terms.absorptance[rows] * level.arriving[:m]).sum(axis=0),
             escaped=(area * level.escaping).sum(axis=0),
         )

@@ -5,12 +5,12 @@ import numpy as np
 from radiosity.scene.model import Scene
 from radiosity.solve.reach import Reach
 from radiosity.solve.system import side_reflectance
-from radiosity.transport.irradiance import AreaLights, Field, Surroundings
+from radiosity.transport.irradiance import Field, Lights, Surroundings
 from radiosity.transport.shine import shine
 
 
 def surroundings_of(
-    scene: Scene, reach: Reach, lights: AreaLights, value: np.ndarray, slopes: np.ndarray,
+    scene: Scene, reach: Reach, lights: Lights, value: np.ndarray, slopes: np.ndarray,
     seed: int, finely: bool,
 ) -> Surroundings:  # fmt: skip
     """Return lights, lit patches and the outside as rays meet them.
@@ -20,12 +20,12 @@ def surroundings_of(
     value, slopes : (n, bands), (n, bands, 3) float64
         What patches send out in W/m2 beside what the lights emit, and its gradients.
     finely : bool
-        Light that comes straight from area lights changes fast at shadow edges, so it is computed
+        Light that comes straight from lights changes fast at shadow edges, so it is computed
         anew on a finer grid; ``value`` is what has been reflected more often.
     """
     patches = reach.patches
     direct = np.zeros((2, 0, value.shape[1]))
-    if finely and len(lights.polygons):
+    if finely and lights:
         arriving, face = shine(
             scene.faces, patches, reach.live, reach.visibility, reach.table, lights, seed
         )

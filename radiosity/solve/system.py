@@ -7,7 +7,7 @@ import numpy as np
 from radiosity.light.reflection import phong_albedo
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Material, Scene
-from radiosity.transport.irradiance import AreaLights
+from radiosity.transport.irradiance import Lights
 
 MOST_LIGHTS = 32  # more emitting faces than this are not sampled one by one
 
@@ -67,11 +67,14 @@ def side_reflectance(scene: Scene) -> np.ndarray:
     return np.stack([front, front * two_sided[:, None]])
 
 
-def area_lights(scene: Scene, most: int = MOST_LIGHTS) -> AreaLights:
-    """Return the emitting faces to sample one by one: all of them, or none where above ``most``."""
+def lights_of(scene: Scene, most: int = MOST_LIGHTS) -> Lights:
+    """Return the lights to sample one by one, of the emitting faces none where above ``most``."""
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
     which = np.flatnonzero(emits)
     if len(which) > most:
         which = which[:0]
     exitance = np.pi * np.array([m.emission for m in scene.materials])[scene.faces.material]
-    return AreaLights(scene.faces.vertices[which], scene.faces.normals()[which], exitance[which])
+    return Lights(
+        scene.faces.vertices[which], scene.faces.normals()[which], exitance[which], scene.lights,
+        scene.unit_m,
+    )  # fmt: skip

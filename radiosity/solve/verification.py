@@ -6,10 +6,11 @@ import numpy as np
 
 from radiosity.analytic import box_radiosity, load_cases, sphere_cavity
 from radiosity.mesh.faces import Faces
-from radiosity.scene.model import Material, Scene
+from radiosity.scene.model import Scene
 from radiosity.solve.cases import BOX, Check, elements, extremes, obstructed, polygons, timed
+from radiosity.solve.cie import cie171
 from radiosity.solve.curved import curved, sphere
-from radiosity.solve.limits import limits
+from radiosity.solve.limits import limits, room_of
 from radiosity.solve.solve import solve
 
 ROOM, COARSE = 1e-6, 2e-3  # bounds of relative errors: of the solver's tolerance, of a coarse mesh
@@ -35,10 +36,10 @@ def rooms() -> Iterator[Check]:
         g = case["geometry"]
         if g["type"] == "box6":
             expected = box_radiosity(g["dims"], g["reflectance"], g["emission"])
-            scene = _room(g["faces"].values(), g["reflectance"], g["emission"])
+            scene = room_of(g["faces"].values(), g["reflectance"], g["emission"])
             yield timed("rooms", case["id"], expected, ROOM, lambda s=scene: _face_radiosity(s))
         elif g["type"] == "furnace":
-            scene = _room(BOX, [g["rho"]] * 6, [g["emission"]] * 6)
+            scene = room_of(BOX, [g["rho"]] * 6, [g["emission"]] * 6)
             yield timed(
                 "rooms", case["id"], case["value"], ROOM,
                 lambda s=scene: solve(s, 0.1).radiosity[:, 0],
@@ -49,19 +50,8 @@ def rooms() -> Iterator[Check]:
 
 SUITES = {
     "elements": elements, "polygons": polygons, "extremes": extremes, "obstructed": obstructed,
-    "curved": curved, "rooms": rooms, "limits": limits,
+    "curved": curved, "rooms": rooms, "limits": limits, "cie171": cie171,
 }  # fmt: skip
-
-
-def _room(polygons, reflectance, exitance) -> Scene:
-    """Return a scene with one material a face."""
-    quads = np.array([np.array(p, float)[[0, 1, 2, -1]] for p in polygons])
-    index = np.arange(len(quads))
-    materials = tuple(
-        Material(str(k), np.full(3, r), np.full(3, 1 - r), np.full(3, m / np.pi))
-        for k, (r, m) in enumerate(zip(reflectance, exitance, strict=True))
-    )
-    return Scene("room", Faces(quads, index, index), materials, tuple(str(k) for k in index))
 
 
 def _face_radiosity(scene) -> np.ndarray:
@@ -72,7 +62,7 @@ def _sphere() -> np.ndarray:
     """Return the mean radiosities of the lower and upper half of a tessellated sphere."""
     quads = sphere(1.0, 16, inward=True)
     half = (quads.mean(axis=1)[:, 2] > 0).astype(int)
-    scene = _room(BOX[:2], [0.5, 0.5], [1.0, 0.0])
+    scene = room_of(BOX[:2], [0.5, 0.5], [1.0, 0.0])
     scene = Scene("sphere", Faces(quads, half, half), scene.materials, scene.groups)
     solution = solve(scene, 0.02, mesh="input")
     weight = np.stack([half == k for k in (0, 1)]) * solution.patches.area

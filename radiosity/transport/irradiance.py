@@ -1,4 +1,4 @@
-"""Irradiance at points: from area lights exactly, from the solved patches by looking around."""
+"""Irradiance at points: from lights exactly, from the solved patches by looking around."""
 
 from collections import namedtuple
 from dataclasses import dataclass
@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from radiosity.light.sources import Light
 from radiosity.transport.borrow import borrowed
 from radiosity.transport.hemisphere import look_out
+from radiosity.transport.lamps import lamp_irradiance
 from radiosity.transport.lookup import Table, cell_at
 from radiosity.transport.occlusion import seen_share
 from radiosity.transport.polygon import point_factor
@@ -25,8 +27,8 @@ direct (2, cells, bands) exitance to add on the fine cells of fronts and backs, 
 
 
 @dataclass(frozen=True)
-class AreaLights:
-    """Polygons that shine from their front, sampled one by one.
+class Lights:
+    """Polygons that shine from their front, and abstract light sources, sampled one by one.
 
     Attributes
     ----------
@@ -34,11 +36,20 @@ class AreaLights:
     normals : (l, 3) float64
     exitance : (l, bands) float64
         W/m2.
+    lamps : tuple of Light
+    unit_m : float
+        Metres a scene unit.
     """
 
     polygons: np.ndarray
     normals: np.ndarray
     exitance: np.ndarray
+    lamps: tuple[Light, ...] = ()
+    unit_m: float = 1.0
+
+    def __bool__(self) -> bool:
+        """Whether there are any."""
+        return bool(len(self.polygons) or self.lamps)
 
 
 @dataclass(frozen=True)
@@ -51,7 +62,7 @@ class Surroundings:
     visibility: Visibility
     table: Table
     field: Field
-    lights: AreaLights
+    lights: Lights
 
 
 @njit(cache=True, nogil=True)
@@ -148,11 +159,11 @@ def _point_factors(points, normals, polygons, factors):
 
 
 def direct_irradiance(
-    visibility: Visibility, lights: AreaLights, points, normals, keys, samples: range, seed: int
+    visibility: Visibility, lights: Lights, points, normals, keys, samples: range, seed: int
 ):
-    """Irradiance (k, bands) in W/m2 that area lights cause at points (E2, E5).
+    """Irradiance (k, bands) in W/m2 that lights cause at points (E2, E5, E18).
 
-    The exact factor from the point to each light times the share that shadow rays let through.
+    The exact factor from the point to each polygon times the share that shadow rays let through.
     """
     factors = np.empty((len(points), len(lights.polygons)))
     _point_factors(points, normals, lights.polygons, factors)
@@ -161,4 +172,7 @@ def direct_irradiance(
     there = lights.polygons, lights.normals
     share = seen_share(visibility, pairs, here, there, keys, samples, seed)
     factors[pairs[:, 0], pairs[:, 1]] *= share
-    return factors @ lights.exitance
+    found = factors @ lights.exitance
+    if lights.lamps:
+        found += lamp_irradiance(visibility, lights.lamps, points, normals, lights.unit_m)
+    return found

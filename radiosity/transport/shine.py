@@ -4,7 +4,7 @@ import numpy as np
 
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.patches import Patches, centroids
-from radiosity.transport.irradiance import FINER, AreaLights, direct_irradiance
+from radiosity.transport.irradiance import FINER, Lights, direct_irradiance
 from radiosity.transport.lookup import Table, cell_at, margin_in
 from radiosity.transport.threads import over_ranges
 from radiosity.transport.visibility import Visibility
@@ -19,7 +19,7 @@ def shine(
     live: np.ndarray,
     visibility: Visibility,
     table: Table,
-    lights: AreaLights,
+    lights: Lights,
     seed: int,
 ):
     """Compute direct irradiance in the middle of every fine cell.

@@ -5,9 +5,11 @@ from functools import partial
 import numpy as np
 from numba import njit
 
+from radiosity.mesh.elements import make_elements
 from radiosity.mesh.patches import Patches, reversed_winding
 from radiosity.transport.hemisphere import MISS, look_out
-from radiosity.transport.irradiance import AreaLights, direct_irradiance
+from radiosity.transport.irradiance import Lights, direct_irradiance
+from radiosity.transport.lamps import lamps_on
 from radiosity.transport.lookup import Table, margin_in
 from radiosity.transport.polygon import heights, point_factor
 from radiosity.transport.threads import over_ranges
@@ -27,7 +29,7 @@ def survey(
     table: Table,
     patches: Patches,
     sources: np.ndarray,
-    lights: AreaLights | None = None,
+    lights: Lights | None = None,
     seed: int = 0,
 ) -> np.ndarray:
     """Return (fronts, 2) bool: sides that light reaches from ``sources``, after any reflections.
@@ -38,10 +40,12 @@ def survey(
         Fronts only.
     sources : (fronts, 2) bool
         Sides that emit; where light enters from outside, every side that sees the outside.
-    lights : AreaLights, optional
+    lights : Lights, optional
         Aimed at one by one, since they may be too small or too far for any ray to meet.
     """
     lit = sources.copy()
+    if lights is not None and lights.lamps:
+        lit |= _lit_by_lamps(visibility, patches, lights)
     lit[patches.behind >= 0] = False
     if not visibility.can_block and len(lit) <= MOST_FREE:
         _spread_freely(*_both_sides(visibility, patches), patches.behind < 0, lit)
@@ -128,6 +132,14 @@ def _lit_directly(visibility, patches, lights, seed):
 
     over_ranges(work, patches.fronts, CHUNK)
     return lit
+
+
+def _lit_by_lamps(visibility, patches, lights):
+    """Return (fronts, 2) bool: sides that some light of an abstract source falls on."""
+    both = patches.with_backs(np.ones(patches.fronts, bool))
+    elements = make_elements(both, np.arange(len(both)), 0)
+    arriving = lamps_on(visibility, lights.lamps, elements, lights.unit_m)
+    return arriving.any(axis=1).reshape(2, -1).T
 
 
 def _small_ones(views, patches, lit):
