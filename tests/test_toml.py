@@ -21,8 +21,12 @@ def geometry_file(name):
     raise SceneError(name, ["does not exist"])
 
 
+def no_text(name):
+    raise SceneError(name, ["does not exist"])
+
+
 def read(text):
-    return read_toml(text, "x.toml", geometry_file, "x")
+    return read_toml(text, "x.toml", geometry_file, no_text, "x")
 
 
 def problems(text):

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # share of a band in the luminance, IEC 61966-2-1
+FEWEST, MOST = 8, 128  # wavelengths: with fewer, red, green and blue have no spectra in [0, 1]
 
 
 @dataclass(frozen=True, eq=False)

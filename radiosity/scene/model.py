@@ -108,7 +108,8 @@ class Scene:
 
     ``bands`` tells what the numbers of its materials and lights stand for; ``ambient`` (bands,) is
     the radiance that enters from outside, W/(m2 sr), 0 if not given; ``lights`` are abstract light
-    sources, seen by surfaces and not by cameras.
+    sources, seen by surfaces and not by cameras; ``spectra`` names the files that colours come
+    from.
 
     Examples
     --------
@@ -133,6 +134,7 @@ class Scene:
     source: str = ""
     notes: tuple[str, ...] = ()
     bands: Bands = RGB
+    spectra: tuple[str, ...] = ()
 
     def __post_init__(self):
         if self.ambient is None:

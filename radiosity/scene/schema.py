@@ -8,6 +8,7 @@ import difflib
 import json
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -101,6 +102,30 @@ class Bands:
 
 
 @dataclass(frozen=True)
+class SpectrumFile:
+    """The name of a spectrum's file, and what its values are checked by."""
+
+    name: str
+    check: Number
+
+
+@dataclass(frozen=True)
+class Colour:
+    """What `Bands` takes, or the name of a file with a spectrum."""
+
+    check: Number
+
+    def __call__(self, value) -> tuple | SpectrumFile:
+        """Return three floats or a file, or raise `Wrong`."""
+        what = 'a number or [r, g, b], or a spectrum, "NAME.csv"'
+        if not isinstance(value, str):
+            return Bands(self.check, what)(value)
+        if not value.lower().endswith(".csv"):
+            raise Wrong(((), value, f"must be {what}"))
+        return SpectrumFile(value, self.check)
+
+
+@dataclass(frozen=True)
 class Table:
     """A table of any names whose values one check accepts."""
 
@@ -140,10 +165,10 @@ def _truth_radiosity(value) -> dict:
     return Table(bands)(value) if isinstance(value, dict) else {"": bands(value)}
 
 
-REFLECTANCE = Bands(Number(0, 1, RECEIVES))
-ABSORPTANCE = Bands(Number(0, 1, "it is 1 - reflectance"))
+REFLECTANCE = Colour(Number(0, 1, RECEIVES))
+ABSORPTANCE = Colour(Number(0, 1, "it is 1 - reflectance"))
 POWER = Number(0, why="light cannot be taken away")
-BANDS = Bands(POWER)
+BANDS = Colour(POWER)
 LENGTH = Number(-LONGEST, LONGEST, "powers of longer lengths cannot be computed")
 POINT = Sequence(LENGTH, 3, "three numbers [x, y, z]")
 SCALE = Bands(LENGTH, "a number or [x, y, z]")
@@ -167,7 +192,7 @@ class SpecularTable(StrictTable):
     """The key ``specular`` of a material."""
 
     model: Literal["phong"] = Field(description='the only model is "phong"')
-    reflectance: taken_by(REFLECTANCE) = Field(description="a number or [r, g, b] in [0, 1]")
+    reflectance: taken_by(REFLECTANCE) = Field(description="a colour in [0, 1]")
     exponent: taken_by(Number(0, why="the lobe is cos^exponent")) = Field(
         description="0 is as wide as diffuse reflection, 1000 nearly a mirror"
     )
@@ -281,6 +306,16 @@ def _model_at(model, keys):
         kinds = getattr(model.model_fields[key].annotation, "__args__", ())
         model = next(k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel))
     return model
+
+
+def values_of(table: BaseModel, kind: type) -> Iterator[Any]:
+    """Yield the values of a kind in a checked table and in the tables in it."""
+    for key in type(table).model_fields:
+        value = getattr(table, key)
+        if isinstance(value, BaseModel):
+            yield from values_of(value, kind)
+        elif isinstance(value, kind):
+            yield value
 
 
 def nearest(name: str, known) -> str:

@@ -4,22 +4,25 @@ import re
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from radiosity.light import photometry
+from radiosity.light.bands import RGB
+from radiosity.light.palette import ACCURACY, kind_of
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.triangulate import triangulate
 from radiosity.scene.assemble import (
     AXES,
-    DEFAULT_REFLECTANCE,
     default_camera,
     geometry_problem,
+    in_bands,
     with_materials,
 )
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
-from radiosity.scene.lights import Ambient, read_lights
-from radiosity.scene.model import Camera, Material, Phong, Scene, SceneError, Truth
+from radiosity.scene.lights import Ambient, make_light, read_lights
+from radiosity.scene.materials import excess_of, make_materials
+from radiosity.scene.model import Camera, Scene, SceneError, Truth
 from radiosity.scene.schema import (
     ABSORPTANCE,
     MATRIX,
@@ -34,12 +37,14 @@ from radiosity.scene.schema import (
     GeometryTable,
     MaterialTable,
     SceneTable,
+    SpectrumFile,
     TruthTable,
     Wrong,
     at,
     checked,
     dotted,
     nearest,
+    values_of,
 )
 
 
@@ -47,8 +52,11 @@ def read_toml(
     text: str,
     source: str,
     read_geometry: Callable[[str], Geometry],
+    read_text: Callable[[str], str],
     name: str = "",
     merge: bool = True,
+    bands: str | int = "auto",
+    accuracy: float = ACCURACY,
 ) -> Scene:
     """Return the scene that a TOML text describes.
 
@@ -59,15 +67,21 @@ def read_toml(
         The file's name, for messages and `Scene.source`.
     read_geometry : callable
         Returns the geometry of a file named in the text; raises SceneError.
+    read_text : callable
+        Returns the text of a spectrum's file named in the text; raises SceneError.
     name : str
         The scene's name if the text gives none.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
+    bands, accuracy
+        Of the scene, see `radiosity.light.palette.kind_of`.
 
     Raises
     ------
     SceneError
         With one problem for every mistake in the text and in the files it names.
+    ValueError
+        Unknown ``bands``.
     """
     raw, problems = _parsed(text, source), []
     top = checked(SceneTable, raw, (), problems)
@@ -75,6 +89,8 @@ def read_toml(
     materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
     cameras = _tables(CameraTable, raw, "cameras", problems, _camera_problems)
     lights = read_lights(raw.get("lights", []), problems)
+    tables = ("materials", materials), ("lights", lights)
+    coloured = [_with_spectra(found, key, read_text, problems) for key, found in tables]
     truth = _truth(raw, problems)
     geometry = joined(parts) if parts and None not in parts else None
     if geometry is not None:
@@ -92,25 +108,71 @@ def read_toml(
         unit=top.unit,
         unit_m=UNITS[top.unit],
         up=top.up,
-        ambient=sum((s.radiance for s in lights if isinstance(s, Ambient)), np.zeros(3)),
-        lights=tuple(s for s in lights if not isinstance(s, Ambient)),
         truth=truth,
         source=source,
         notes=geometry.notes,
+        spectra=_spectra_of(materials, lights, geometry),
     )
-    return _completed(scene, geometry, materials)
+    kind = kind_of(bands, bool(scene.spectra), accuracy)
+    has_spectra = any(_names_spectra(found) for _, found in tables)
+    return in_bands(kind, has_spectra, partial(_completed, scene, geometry, *coloured))
 
 
-def _completed(scene, geometry, tables):
-    """Return a scene with its materials, and with a camera where it has none."""
-    made, notes = _materials(tables, geometry, scene.unit_m)
-    faces, materials, more = with_materials(geometry, made)
+def _spectra_of(materials, lights, geometry):
+    """Return the names of the files with spectra that faces and lights have."""
+    used = [*lights.values(), *(materials[n] for n in geometry.material_names if n in materials)]
+    files = (file.name for table in used for file in values_of(table, SpectrumFile))
+    return tuple(dict.fromkeys(files))
+
+
+def _names_spectra(tables) -> bool:
+    return any(
+        file for table in tables.values() if table for file in values_of(table, SpectrumFile)
+    )
+
+
+def _with_spectra(tables, key, read_text, problems):
+    """Return tables with the spectra read that they name."""
+    if not _names_spectra(tables):
+        return tables
+    from radiosity.scene.spectra import resolved
+
+    found = ((k, table) for k, table in tables.items() if table)
+    return {k: resolved(table, (key, k), read_text, problems) for k, table in found}
+
+
+def _completed(scene, geometry, tables, lights, palette):
+    """Return a scene with its materials and lights, and with a camera where it has none."""
+    made, notes = make_materials(tables, geometry, scene.unit_m, palette)
+    problems = [p for m in made.values() if (p := excess_of(m, palette.bands))]
+    if problems:
+        raise SceneError(scene.source, problems)
+    faces, materials, more = with_materials(geometry, made, palette)
+    notes += _colour_notes(scene, palette)
+    lights = [make_light(table, palette) for table in lights.values()]
+    dark = np.zeros(palette.bands.count)
     cameras = scene.cameras
     if not cameras:
         cameras = {DEFAULT: default_camera(faces, scene.up)}
         more.append("no camera is given: one outside looks at the whole scene")
-    notes = (*scene.notes, *notes, *more)
-    return replace(scene, faces=faces, materials=materials, cameras=cameras, notes=notes)
+    return replace(
+        scene, faces=faces, materials=materials, cameras=cameras, bands=palette.bands,
+        ambient=sum((s.radiance for s in lights if isinstance(s, Ambient)), dark),
+        lights=tuple(s for s in lights if not isinstance(s, Ambient)),
+        truth=scene.truth if palette.bands is RGB else None,
+        notes=(*scene.notes, *notes, *more),
+    )  # fmt: skip
+
+
+def _colour_notes(scene, palette):
+    """Yield what is lost where colours are not what the file gives."""
+    if scene.spectra and palette.bands.wavelengths is None:
+        yield (
+            f"{', '.join(scene.spectra)}: taken as they look in the scene's own light, within "
+            "sRGB; --bands spectral tells wavelengths apart"
+        )
+    if scene.truth is not None and palette.bands is not RGB:
+        yield "truth is left out: it holds for red, green and blue"
 
 
 def _parsed(text, source):
@@ -154,9 +216,10 @@ def _material_problems(table, path):
             "as absorptance = 1 - diffuse"
         )
     kept = _value(table, "absorptance", ABSORPTANCE)
-    diffuse = _value(table, "diffuse", REFLECTANCE, None if kept is None else 1 - np.array(kept))
+    rest = tuple(1 - np.array(kept)) if isinstance(kept, tuple) else None
+    diffuse = _value(table, "diffuse", REFLECTANCE, rest)
     gloss = _value(table.get("specular"), "reflectance", REFLECTANCE)
-    if diffuse is not None and gloss is not None:
+    if isinstance(diffuse, tuple) and isinstance(gloss, tuple):
         total = np.add(diffuse, gloss)
         if total.max() > 1 + ROUNDING:
             band = "rgb"[int(np.argmax(total))]
@@ -314,51 +377,6 @@ def _truth_name_problems(truth, materials, geometry):
         if name and name not in known:
             path = dotted(("truth", "radiosity", name))
             yield f"{path} is neither a material nor a group: {nearest(name, known)}"
-
-
-def _materials(tables, geometry, unit_m):
-    """Return the materials of the scene file by name, and notes."""
-    made, notes = {}, []
-    areas = geometry.faces.areas() * unit_m**2
-    for name, table in tables.items():
-        used = name in geometry.material_names
-        faces = geometry.faces.material == (geometry.material_names.index(name) if used else -1)
-        diffuse, absorptance, note = _diffuse(name, table)
-        notes += [note] if note else []
-        emission = _radiance(table.emission, float(areas[faces].sum()))
-        gloss = table.specular
-        phong = gloss and Phong(np.array(gloss.reflectance), gloss.exponent)
-        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided)
-    return made, notes
-
-
-def _diffuse(name, table):
-    """Return reflectance and absorptance (3,), and a note where neither is given."""
-    if table.absorptance is not None:
-        absorptance = np.array(table.absorptance)
-        return 1 - absorptance, absorptance, None
-    if table.diffuse is not None:
-        return np.array(table.diffuse), 1 - np.array(table.diffuse), None
-    value = 0.0 if table.specular else DEFAULT_REFLECTANCE
-    diffuse = np.full(3, value)
-    return diffuse, 1 - diffuse, f'material "{name}" gives no diffuse: {value:g} is taken'
-
-
-def _radiance(emission, area):
-    """Return the emitted radiance (3,) in W/(m2 sr) of a material of some area in m2."""
-    if emission is None:
-        return np.zeros(3)
-    if emission.radiance is not None:
-        return np.array(emission.radiance)
-    if emission.exitance is not None:
-        return photometry.radiance_from_exitance(emission.exitance)
-    if emission.luminance is not None:
-        return photometry.radiance_from_luminance(emission.luminance)
-    if area == 0:
-        return np.zeros(3)
-    if emission.radiant_flux is not None:
-        return photometry.radiance_from_radiant_flux(emission.radiant_flux, area)
-    return photometry.radiance_from_luminous_flux(emission.luminous_flux, area)
 
 
 def _camera(name, table, up):

@@ -202,11 +202,27 @@ def _bands(scene, plan, reach, is_open):
     lamps = [lamp.strength for lamp in scene.lights]
     emitted = np.array([m.emission for m in used] + [scene.ambient, *lamps])
     grey = np.all(rho == rho[:, :1]) and np.linalg.matrix_rank(emitted) <= 1
+    count, wavelengths = scene.bands.count, scene.bands.wavelengths is not None
+    model = f"{count} wavelengths" if wavelengths else str(count)
     if plan.recipe.force:
-        return Requirement("bands", str(scene.bands.count), "all are asked for (--force)")
-    if grey:
+        return Requirement("bands", model, "all are asked for (--force)")
+    if grey and count > 1:
         return Requirement("bands", "1", "all is grey, and all lights have one colour")
-    return Requirement("bands", str(scene.bands.count), "reflectances or lights differ in colour")
+    if count == 1:
+        return Requirement("bands", model, "the luminance only is asked for (--bands grey)")
+    if wavelengths:
+        return Requirement("bands", model, _listed(scene.spectra) or "asked for (--bands)")
+    if scene.spectra:
+        return Requirement("bands", model, f"{_listed(scene.spectra)}, taken as RGB (--bands rgb)")
+    return Requirement("bands", model, "reflectances or lights differ in colour")
+
+
+def _listed(spectra) -> str:
+    """Return which colours are spectra, the first of them by name; "" of none."""
+    if not spectra:
+        return ""
+    more = f" and {len(spectra) - 2} more" if len(spectra) > 2 else ""
+    return f"spectra are given: {', '.join(spectra[:2])}{more}"
 
 
 def _visibility(scene, plan, reach, is_open):

@@ -1,0 +1,74 @@
+"""Materials of a scene file: the tables ``[materials.NAME]``, in the bands of a palette."""
+
+import numpy as np
+
+from radiosity.light import photometry
+from radiosity.light.bands import Bands
+from radiosity.light.palette import NEUTRAL, Palette
+from radiosity.scene.assemble import DEFAULT_REFLECTANCE
+from radiosity.scene.geometry import Geometry
+from radiosity.scene.model import Material, Phong
+from radiosity.scene.schema import ROUNDING, EmissionTable, MaterialTable
+
+
+def make_materials(
+    tables: dict[str, MaterialTable], geometry: Geometry, unit_m: float, palette: Palette
+) -> tuple[dict[str, Material], list[str]]:
+    """Return the materials of the scene file by name, and notes."""
+    made, notes = {}, []
+    areas = geometry.faces.areas() * unit_m**2
+    for name, table in tables.items():
+        used = name in geometry.material_names
+        faces = geometry.faces.material == (geometry.material_names.index(name) if used else -1)
+        diffuse, absorptance, note = _diffuse(name, table, palette)
+        notes += [note] if note else []
+        emission = _radiance(table.emission, float(areas[faces].sum()), palette)
+        gloss = table.specular
+        phong = gloss and Phong(palette.share(gloss.reflectance), gloss.exponent)
+        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided)
+    return made, notes
+
+
+def excess_of(material: Material, bands: Bands) -> str | None:
+    """Return what makes a material reflect more than it receives in one of the bands, or None."""
+    if material.specular is None:
+        return None
+    total = material.diffuse + material.specular.reflectance
+    if total.max() <= 1.0 + ROUNDING:
+        return None
+    return (
+        f"materials.{material.name}: diffuse + specular.reflectance = {total.max():.6g} at "
+        f"{bands.names[int(np.argmax(total))]} must be at most 1: a surface cannot reflect more "
+        "than it receives; lower one of them"
+    )
+
+
+def _diffuse(name, table, palette):
+    """Return reflectance and absorptance (bands,), and a note where neither is given."""
+    if table.absorptance is not None:
+        absorptance = palette.share(table.absorptance)
+        return 1 - absorptance, absorptance, None
+    if table.diffuse is not None:
+        diffuse = palette.share(table.diffuse)
+        return diffuse, 1 - diffuse, None
+    value = 0.0 if table.specular else DEFAULT_REFLECTANCE
+    diffuse = np.full(palette.bands.count, value)
+    return diffuse, 1 - diffuse, f'material "{name}" gives no diffuse: {value:g} is taken'
+
+
+def _radiance(emission: EmissionTable | None, area, palette):
+    """Return the emitted radiance (bands,) in W/(m2 sr) of a material of some area in m2."""
+    if emission is None:
+        return np.zeros(palette.bands.count)
+    if emission.radiance is not None:
+        return palette.light(emission.radiance)
+    if emission.exitance is not None:
+        return photometry.radiance_from_exitance(palette.light(emission.exitance))
+    white = palette.light(NEUTRAL)
+    if emission.luminance is not None:
+        return photometry.radiance_from_luminance(emission.luminance, white)
+    if area == 0:
+        return np.zeros(palette.bands.count)
+    if emission.radiant_flux is not None:
+        return photometry.radiance_from_radiant_flux(palette.light(emission.radiant_flux), area)
+    return photometry.radiance_from_luminous_flux(emission.luminous_flux, area, white)
