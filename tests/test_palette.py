@@ -8,7 +8,7 @@ import pytest
 
 import radiosity
 from radiosity.light import photometry
-from radiosity.light.bands import GREY, RGB
+from radiosity.light.bands import FEWEST, GREY, RGB
 from radiosity.light.palette import Cells, Grey, Rgb, kind_of, of_source, palette_of
 from radiosity.light.spectrum import Spectrum, colour_of, daylight, nanometres, tristimulus
 from radiosity.scene.model import SceneError
@@ -54,9 +54,9 @@ def test_auto_takes_what_the_colours_ask_for(room):
     plain = "diffuse = [0.6, 0.3, 0.1]", "emission = { radiance = [3, 2, 1] }"
     assert room(*plain).bands is RGB and room(*plain).spectra == ()
     mixed = room('diffuse = "red.csv"', plain[1])
-    assert mixed.bands.count == 16 and mixed.spectra == ("red.csv",) and mixed.notes == ()
+    assert mixed.bands.count == 24 and mixed.spectra == ("red.csv",) and mixed.notes == ()
     assert room(*plain, bands="grey").bands is GREY
-    assert room(*plain, bands="spectral").bands.count == 16
+    assert room(*plain, bands="spectral").bands.count == 24
     assert room(*plain, bands=12).bands.count == room(*plain, bands="12").bands.count == 12
     assert room('diffuse = "red.csv"', plain[1], bands="rgb").bands is RGB
     unused = room(*plain, more='[materials.spare]\ndiffuse = "red.csv"\n')
@@ -64,8 +64,8 @@ def test_auto_takes_what_the_colours_ask_for(room):
 
 
 def test_the_accuracy_chooses_how_many_wavelengths():
-    assert kind_of("auto", True, 0.02) == 16 and kind_of("spectral", False, 0.005) == 32
-    assert kind_of("auto", True, 0.5) == 8 and kind_of("auto", True, 1e-4) == 128
+    assert kind_of("auto", True, 0.02) == 24 and kind_of("spectral", False, 0.005) == 48
+    assert kind_of("auto", True, 0.5) == FEWEST and kind_of("auto", True, 1e-4) == 128
     for wrong in ("color", "7", "129", "-9", "1e3", 0, 3.5, "٣٢"):
         with pytest.raises(
             ValueError, match="must be auto, grey, rgb, spectral or a number of wave"

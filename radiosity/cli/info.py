@@ -89,7 +89,9 @@ def _bands(values) -> str:
 
 def _share(values) -> str:
     """Return shares as text, of many wavelengths the least and the most."""
-    return _bands(values) if len(values) <= 3 else f"{values.min():.6g} to {values.max():.6g}"
+    if len(values) <= 3:
+        return _bands(values)
+    return " to ".join(dict.fromkeys(f"{v:.6g}" for v in (values.min(), values.max())))
 
 
 def _light(values, bands) -> str:

@@ -14,7 +14,7 @@ from radiosity.light.bands import FEWEST, GREY, MOST, RGB, Bands
 
 NEUTRAL = 1.0, 1.0, 1.0  # as light: white of the luminance 1
 KINDS = "auto", "grey", "rgb", "spectral"
-CELLS, ACCURACY = 16, 0.02  # measured: as many err about as much in colour (benchmarks/bands.md)
+CELLS, ACCURACY = 24, 0.02  # measured: as many add little to what errs (benchmarks/bands.md)
 PRIMARIES = 128  # cells that the spectra of red, green and blue are made of, where all nm are used
 
 
@@ -25,7 +25,7 @@ def kind_of(asked: str | int, has_spectra: bool, accuracy: float) -> str | int:
     ----------
     asked : str or int
         One of `KINDS`, or the number of wavelengths; ``auto`` takes rgb, or, where there are
-        spectra, as many as ``spectral``: 16 for the accuracy 0.02, more as its square root.
+        spectra, as many as ``spectral``: 24 for the accuracy 0.02, more as its inverse square root.
 
     Raises
     ------

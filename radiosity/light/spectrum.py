@@ -108,9 +108,12 @@ def cells(count: int) -> Bands:
 
 
 def means(values: np.ndarray, count: int) -> np.ndarray:
-    """Return (count,) the means of a spectrum (471,) in the `cells`, as the eye weighs it."""
-    weight = _overlap(count) * _seen()
-    return (weight @ values) / weight.sum(axis=1)
+    """Return (count,) the means of a spectrum (471,) in the `cells`, as the eye weighs it.
+
+    A flat one has the same in all of them, to the last digit, so that it is solved once.
+    """
+    weight, least = _overlap(count) * _seen(), values.min()
+    return least + weight @ (values - least) / weight.sum(axis=1)
 
 
 def watts(values: np.ndarray, count: int) -> np.ndarray:
