@@ -10,6 +10,9 @@ from radiosity.cli.probe import table
 from radiosity.cli.solve import summary
 from radiosity.light.bands import GREY, RGB, Bands
 from radiosity.light.sources import Point
+from radiosity.solve.adapt import Rounds
+from radiosity.solve.plan import make_plan
+from radiosity.solve.refinement import blame
 from radiosity.solve.tradeoff import _by_clusters, make_reference
 from radiosity.view.export import arrays, columns
 from radiosity.view.window import show
@@ -107,6 +110,18 @@ def test_clusters_and_goals_take_any_bands():
     assert make_reference(many, 0.1).error_of(five) == pytest.approx(
         make_reference(scene, 0.1).error_of(three), rel=1e-6  # differences of nearly equal numbers
     )  # fmt: skip
+
+
+def test_cells_are_blamed_for_what_the_eye_sees():
+    scene = radiosity.load("scenes/cornell_box.toml")
+    found = []
+    for one in (scene, in_bands(scene, FIVE, ORDER)):
+        rounds = Rounds(one, make_plan(one, 0.05))
+        rounds.advance()
+        level, coarse, judged = rounds.level, rounds.check.level, rounds.estimate.judged
+        found.append(blame(level, coarse, *judged))
+    assert found[0].max() > 0.0
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-9)  # small differences of solutions
 
 
 def test_one_band_is_a_column_of_grey():

@@ -60,6 +60,13 @@ def test_lab_of_white_of_grey_and_of_what_is_nearly_black():
     np.testing.assert_allclose(lab(edge * WHITE * [[1 - 1e-9], [1 + 1e-9]], WHITE)[:, 0], 8.0)
 
 
+def test_lab_of_the_primaries():
+    """Red, green and blue of sRGB as tables give them, in its own white."""
+    found = lab(RGB_TO_XYZ.T, RGB_TO_XYZ.sum(axis=1))
+    tables = [[53.24, 80.09, 67.20], [87.73, -86.18, 83.18], [32.30, 79.19, -107.86]]
+    np.testing.assert_allclose(found, tables, atol=0.02)  # tables round the matrix
+
+
 @pytest.mark.parametrize(("one", "two", "expected"), PAIRS)
 def test_ciede2000_of_its_authors_data(one, two, expected):
     assert round(float(delta_e_2000(one, two)), 4) == expected
