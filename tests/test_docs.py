@@ -40,6 +40,8 @@ def test_the_scene_of_the_manual_loads(tmp_path):
     square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
     (tmp_path / "furniture.obj").write_text(square)
     scene = radiosity.load(tmp_path / "room.toml")
-    assert [m.name for m in scene.materials] == ["wood", "polished", "lamp"]
+    assert [m.name for m in scene.materials] == ["wood", "polished", "paper", "lamp"]
     assert scene.faces.areas().tolist() == pytest.approx([100.0**2, 20.0**2])  # cm2
-    assert scene.materials[2].emits and scene.cameras["front"].fov == 40
+    assert scene.materials[3].emits and scene.materials[2].translucent.tolist() == [0.5] * 3
+    assert len(scene.lights) == 1 and scene.ambient.tolist() == [0.5, 0.6, 0.8]
+    assert scene.cameras["front"].fov == 40

@@ -9,10 +9,10 @@ from scenes_for_tests import box, scene
 from scipy.sparse.linalg import aslinearoperator
 
 from radiosity.solve import methods
+from radiosity.solve.equations import System
 from radiosity.solve.methods import (
     SOLVERS,
     NotConverged,
-    System,
     cg,
     direct,
     gauss_seidel,

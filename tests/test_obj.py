@@ -166,3 +166,88 @@ def test_wrong_lines_of_a_library_are_named(line, text):
     assert read_mtl("Kd 1 1 1")[1] == [
         "line 1: Kd 1 1 1 comes before the first newmtl: name the material it belongs to"
     ]
+
+
+TWO_UV = "vt 0 0\nvt 2 0\nvt 2 3\nvt 0 3 0\n"
+DOME = "vn 0 0 2\nvn 1 0 1\nvn 0 1 1\nvn 0 0 1\n"
+
+
+def detailed(text, merge=True):
+    return read_obj(text, "x.obj", None, merge, uv=True).faces
+
+
+@pytest.mark.parametrize(
+    "face",
+    [
+        "f 1/1 2/2 3/3 4/4",
+        "f 1/-4/1 2/-3/2 3/-2/3 4/-1/4",
+        "f 1/1 2/2 3/3\nf 1/1 3/3 4/4",  # joined
+    ],
+)
+def test_corners_keep_their_texture_coordinates(face):
+    faces = detailed(SQUARE + TWO_UV + DOME + face + "\n")
+    np.testing.assert_array_equal(faces.vertices, [CORNERS])
+    np.testing.assert_array_equal(faces.uv, [[[0, 0], [2, 0], [2, 3], [0, 3]]])
+
+
+def test_corners_keep_their_normals_as_unit_vectors():
+    faces = detailed(SQUARE + DOME + "f 1//1 2//2 3//-2 4//-1\n")
+    half = np.sqrt(0.5)
+    expected = [[[0, 0, 1], [half, 0, half], [0, half, half], [0, 0, 1]]]
+    np.testing.assert_allclose(faces.corner_normals, expected, atol=1e-15)
+    assert faces.uv is None
+    # Normals of a file whose winding is turned round point to the fronts all the same.
+    turned = detailed(SQUARE + DOME + "f 4//4 3//3 2//2 1//1\n").corner_normals
+    np.testing.assert_allclose(turned, -np.array(expected)[:, ::-1], atol=1e-15)
+
+
+def test_normals_of_flat_faces_are_as_good_as_none():
+    assert detailed(SQUARE + "vn 0 0 3\nf 1//1 2//1 3//1 4//1\n").corner_normals is None
+    assert detailed(SQUARE + "vn 0 0 0\nf 1//1 2//1 3//1 4//1\n").corner_normals is None
+    both = SQUARE + DOME + "v 5 -1 0\nf 1//1 2//2 3//3 4//4\nf 1//1 5//1 2//1\n"
+    assert np.isnan(detailed(both).corner_normals).all(axis=(1, 2)).tolist() == [False, True]
+
+
+def test_faces_that_name_nothing_have_nothing():
+    text = SQUARE + TWO_UV + "f 1/1 2/2 3/3 4/4\nv 5 -1 0\nf 1 2 5\nf 1/1 3 5/2\n"
+    uv = detailed(text, merge=False).uv
+    assert np.isnan(uv).all(axis=(1, 2)).tolist() == [False, True, True]
+    assert read(SQUARE + TWO_UV + "f 1/1 2/2 3/3 4/4\n").faces.uv is None  # nobody asks for them
+
+
+def test_pairs_are_joined_where_the_picture_goes_on_across_them():
+    bent = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 2\n"
+    assert len(detailed(SQUARE + bent + "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n")) == 2
+    seam = TWO_UV + "vt 7 7\n"
+    assert len(detailed(SQUARE + seam + "f 1/1 2/2 3/3\nf 1/1 3/5 4/4\n")) == 2
+    assert len(detailed(SQUARE + TWO_UV + "f 1/1 2/2 3/3\nf 1 3 4\n")) == 2
+    assert len(read(SQUARE + bent + "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n").faces) == 1
+    crease = "f 1//1 2//2 3//3\nf 1//1 3//2 4//4\n"
+    assert len(detailed(SQUARE + DOME + crease)) == 2
+    assert len(detailed(SQUARE + DOME + crease.replace("3//2", "3//3"))) == 1
+
+
+def test_a_concave_face_keeps_what_its_corners_have():
+    text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 0.5 0\nv 0 2 0\n"
+    text += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 0.25\nvt 0 1\nf 1/1 2/2 3/3 4/4 5/5\n"
+    faces = detailed(text, merge=False)
+    assert len(faces) == 3
+    np.testing.assert_allclose(faces.uv, faces.vertices[..., :2] / 2)
+
+
+@pytest.mark.parametrize(
+    ("line", "text"),
+    [
+        ("vt 1", "line 13: vt 1: texture coordinates are two finite numbers u v"),
+        ("vn 1 2 nan", "line 13: vn 1 2 nan: a normal is three finite numbers x y z"),
+        ("f 1/5 2/1 3/1", "f ... 1/5: vt 5 does not exist, the file has 4, 4 of them so far"),
+        ("f 1//1 2//-5 3//1", "f ... 2//-5: vn -5 does not exist, the file has 4"),
+        ("f 1/x 2/1 3/1", "line 13: f ... 1/x: vt x does not exist"),
+        ("f 1/1.5 2/1 3/1", "line 13: f ... 1/1.5: vt 1.5 does not exist"),
+    ],
+)
+def test_wrong_texture_coordinates_and_normals_are_named(line, text):
+    with pytest.raises(SceneError) as error:
+        detailed(SQUARE + TWO_UV + DOME + line + "\nf 1 2 3\n")
+    assert len(error.value.problems) == 1
+    assert text in error.value.problems[0]

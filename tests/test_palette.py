@@ -11,8 +11,9 @@ from radiosity.light import photometry
 from radiosity.light.bands import FEWEST, GREY, RGB
 from radiosity.light.palette import Cells, Grey, Rgb, kind_of, of_source, palette_of
 from radiosity.light.spectrum import Spectrum, colour_of, daylight, nanometres, tristimulus
+from radiosity.scene.checks import Number
 from radiosity.scene.model import SceneError
-from radiosity.scene.schema import REFLECTANCE, Number
+from radiosity.scene.schema import REFLECTANCE
 from radiosity.scene.spectra import MOST, read_spectrum
 
 SHARE = REFLECTANCE.check

@@ -14,8 +14,9 @@ from scenes_for_tests import SQUARE, box, faces_of, meshed, scene
 import radiosity
 from radiosity.analytic import box_form_factors, load_cases
 from radiosity.mesh.division import Division
+from radiosity.solve.equations import System
 from radiosity.solve.level import solve_level
-from radiosity.solve.methods import System, gauss_seidel, jacobi
+from radiosity.solve.methods import gauss_seidel, jacobi
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import find_reach
 from radiosity.transport.counting import count_rays, counted_factors

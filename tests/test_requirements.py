@@ -1,11 +1,14 @@
 """What a scene requires: decisions as written by hand, and nothing skipped that matters."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scenes_for_tests import SQUARE, block, box, scene, uv_sphere
 
+from radiosity.light.bump import Bump
+from radiosity.light.texture import Texture
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Phong, Scene
 from radiosity.solve.plan import MOST_LINEAR, make_plan
@@ -71,11 +74,24 @@ def test_the_plan_is_what_the_table_says(name):
     make, expected = TABLE[name]
     made = make()
     forecast = foresee(made, make_plan(made, 0.1))
-    found, expected = models(forecast).split("|"), expected.split("|")
+    found, expected = models(forecast).split("|"), [*expected.split("|"), "nothing"]  # no detail
     found[2], expected[2] = (x.split()[0] for x in (found[2], expected[2]))  # how many depends
     assert found == expected
     assert all(r.reason for r in forecast.requirements)
     assert forecast.patches > 0 and forecast.seconds > 0 and forecast.memory > 1e8
+
+
+def test_the_plan_tells_of_textures_bumps_and_smooth_normals():
+    made = scene(ROOM, 0.5, LAMP)
+    corners = np.repeat([[[0, 0], [1, 0], [1, 1], [0, 1.0]]], 6, axis=0)
+    coloured = Texture([[[0.2, 0.3, 0.4], [0.4, 0.3, 0.2]]])
+    wood = replace(made.materials[0], texture=coloured, diffuse=coloured.mean)
+    tiles = replace(made.materials[1], bump=Bump(Texture(np.ones((2, 2, 1))), 0.1))
+    faces = replace(made.faces, uv=corners, corner_normals=made.faces.vertices - 9.0)
+    made = replace(made, faces=faces, materials=(wood, tiles, *made.materials[2:]))
+    found = foresee(made, make_plan(made, 0.1)).requirements
+    assert (found[0].model, found[-1].model) == ("3", "textures, bumps, smooth normals")
+    assert found[-1].reason.startswith("m0: means on patches, everything in pictures; m1: in")
 
 
 @pytest.mark.parametrize("name", [n for n in TABLE if n != "ball in a box"])
@@ -170,3 +186,13 @@ def test_a_scene_without_light_has_a_forecast():
     found = foresee(dark, make_plan(dark, 0.05))
     assert found.patches == 0
     assert "no light that could leave" in [r.reason for r in found.requirements][3]
+
+
+def test_sheets_are_solved_by_what_knows_them():
+    made = scene(np.concatenate([ROOM, SHEET]), 0.5, [*LAMP, 0])
+    last = replace(made.materials[-1], translucent=np.full(3, 0.3))
+    made = replace(made, materials=(*made.materials[:-1], last))
+    found = {r.name: r for r in foresee(made, make_plan(made, 0.1)).requirements}
+    assert found["solver"].model == "gmres" and "sheets" in found["solver"].reason
+    assert found["backs"].model != "nothing"
+    assert solve(made, 0.1).solver == "gmres"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from imageio.v3 import imread
+from imageio.v3 import imread, imwrite
 
 import radiosity
 from radiosity.cli.session import load_scene
@@ -270,3 +270,56 @@ def test_wrong_bands_are_told_at_once():
         done = run(verb, str(SPECTRAL), "--bands", "5")
         assert done.returncode == 2 and done.stdout == "" and "Traceback" not in done.stderr
         assert "must be auto, grey, rgb, spectral or a number of wavelengths from 8" in done.stderr
+
+
+COURT = """
+[[geometry]]
+material = "floor"
+polygons = [[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]]
+uv = [[[0, 0], [1, 0], [1, 1], [0, 1]]]
+[[geometry]]
+material = "sheet"
+polygons = [[[0, 0, 0.5], [1, 0, 0.5], [1, 1, 0.5], [0, 1, 0.5]]]
+[[geometry]]
+material = "lamp"
+polygons = [[[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]]]
+[cameras.c]
+position = [0.5, 0.5, 0.4]
+target = [0.5, 0.5, 0]
+up = [0, 1, 0]
+fov = 90
+[materials.floor]
+diffuse = { texture = "tiles.png", scale = 0.8 }
+[materials.sheet]
+diffuse = 0
+translucent = [0.6, 0.3, 0.1]
+[materials.lamp]
+diffuse = 0
+emission = { radiance = 2 }
+"""
+
+
+@pytest.mark.parametrize("bands", ["24", "grey"])
+def test_textures_and_sheets_are_seen_in_daylight_as_in_rgb(tmp_path, bands):
+    tiles = np.random.default_rng(0).integers(0, 256, (4, 4, 3)).astype(np.uint8)
+    imwrite(tmp_path / "tiles.png", tiles)
+    plain = COURT.replace("translucent = [0.6, 0.3, 0.1]", "translucent = 0.9")
+    for text, exact in ((plain, True), (COURT, False)):
+        (tmp_path / "court.toml").write_text(text)
+        three, many = (
+            radiosity.solve(radiosity.load(tmp_path / "court.toml", bands=b), mesh="4")
+            for b in ("rgb", bands)
+        )
+        floor = three.patches.front & (three.scene.faces.material[three.patches.face] == 0)
+        found, expected = (s.scene.bands.to_rgb(s.radiosity[floor]) for s in (many, three))
+        pictures = [radiosity.render(s, size=(12, 12), samples=16).pixels for s in (many, three)]
+        if bands == "grey":
+            found, expected = (RGB.luminance(x) for x in (found, expected))
+            off = 0.05 if exact else 0.2  # all of a texture counts in the light of the lamp
+            assert found.mean() == pytest.approx(expected.mean(), rel=off)
+        elif exact:  # seen once, in daylight: tiles do not see each other
+            np.testing.assert_allclose(found, expected, rtol=1e-4)  # once more by the sheet
+            np.testing.assert_allclose(*pictures, rtol=1e-3, atol=1e-4)
+        else:  # tiles below a coloured sheet: products of spectra, in the mean not far from RGB's
+            ratio = found.mean(axis=0) / expected.mean(axis=0)
+            assert 1e-3 < np.abs(ratio - 1).max() < 0.15

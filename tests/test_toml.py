@@ -13,20 +13,16 @@ PLAIN = (
 )
 
 
-def geometry_file(name):
+def geometry_file(name, uv):
     if name == "two.obj":
-        return read_obj(TWO_GROUPS, name, None)
+        return read_obj(TWO_GROUPS, name, None, uv=uv)
     if name == "bad.obj":
         raise SceneError(name, ["line 3: one", "line 7: two"])
     raise SceneError(name, ["does not exist"])
 
 
-def no_text(name):
-    raise SceneError(name, ["does not exist"])
-
-
 def read(text):
-    return read_toml(text, "x.toml", geometry_file, no_text, "x")
+    return read_toml(text, "x.toml", geometry_file, "x")
 
 
 def problems(text):

@@ -36,6 +36,7 @@ def describe(scene) -> str:
             f"{_share(material.diffuse):24}"
             + (_light(material.emission, scene.bands) if material.emits else "-")
             + _lobe(material.specular)
+            + _detail(material)
             + ("" if material.two_sided else "  back black")
         )
     lines += _lights(scene)
@@ -52,14 +53,13 @@ def _lights(scene) -> list[str]:
     """Return the abstract light sources, and what enters from outside."""
     lines = ["", f"{'light':16}{'position or direction':26}{'W/sr or W/m2':24}group"]
     for light in scene.lights:
-        strength = _light(light.strength, scene.bands)
         kind = type(light).__name__.lower()
         where = light.direction if kind == "directional" else light.position
+        strength = _light(light.strength, scene.bands)
         lines.append(f"{kind:16}{_bands(where):26}{strength:24}{light.group or '-'}")
     if scene.ambient.any():
-        lines.append(
-            f"{'ambient':16}{'from outside, W/(m2 sr)':26}{_light(scene.ambient, scene.bands):24}-"
-        )
+        strength = _light(scene.ambient, scene.bands)
+        lines.append(f"{'ambient':16}{'from outside, W/(m2 sr)':26}{strength:24}-")
     return lines if len(lines) > 2 else []
 
 
@@ -80,11 +80,26 @@ def _findings(scene) -> list[str]:
             f"truth: carries its radiosity for mesh {scene.truth.mesh}, "
             f"to {scene.truth.relative_tolerance:g} relative"
         )
+    if scene.faces.corner_normals is not None:
+        curved = int(np.isfinite(scene.faces.corner_normals).all(axis=(1, 2)).sum())
+        found.append(f"normals: {curved} faces stand for a curved surface")
     return ["", *found, *(f"note: {note}" for note in scene.notes)]
 
 
 def _bands(values) -> str:
     return " ".join(f"{v:.6g}" for v in values)
+
+
+def _detail(material) -> str:
+    """Return what is said of a material's texture, whose mean was printed, and of its bumps."""
+    words = ""
+    if material.texture is not None:
+        height, width, _ = material.texture.texels.shape
+        words += f"  texture {width}x{height}, from {_bands(material.texture.lowest)} to "
+        words += _bands(material.texture.highest)
+    if material.bump is not None:
+        words += f"  bumps {material.bump.height:g} high"
+    return words
 
 
 def _share(values) -> str:

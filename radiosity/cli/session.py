@@ -71,10 +71,11 @@ def solve_scene(scene, asked: Asked, progress, factors=None, goal=None):
     if asked.solver == "cg" and asked.order is None:
         remark("note: cg takes constant elements, as --order 0 does", asked.quiet)
     if solution.solver != asked.solver:
-        remark(
-            f"note: solved by {solution.solver}: reflectances near 1 make bounces fade slowly",
-            asked.quiet,
-        )
+        why = {
+            "direct": "reflectances near 1 make bounces fade slowly",
+            "gmres": "light goes through translucent sheets",
+        }[solution.solver]
+        remark(f"note: solved by {solution.solver}: {why}", asked.quiet)
     remark(
         f"solved {scene.name}: {len(solution.patches)} patches, {len(solution.history)} iterations "
         f"in {seconds:.1f} s",

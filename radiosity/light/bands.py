@@ -50,3 +50,13 @@ class Bands:
 
 RGB = Bands(("r", "g", "b"), np.eye(3), np.array(LUMINANCE))
 GREY = Bands(("grey",), np.ones((3, 1)), np.ones(1))
+
+
+def mixed(rgb: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Return (..., n) what shares (n, 3), which add up to 1, mix of RGB (..., 3).
+
+    Where the three are equal, all are, to the last digit.
+    """
+    rgb = np.asarray(rgb, float)
+    flat = rgb.min(axis=-1, keepdims=True)
+    return flat + (rgb - flat) @ shares.T

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from radiosity.light.bands import FEWEST, GREY, MOST, RGB, Bands
+from radiosity.light.bands import FEWEST, GREY, MOST, RGB, Bands, mixed
 
 NEUTRAL = 1.0, 1.0, 1.0  # as light: white of the luminance 1
 KINDS = "auto", "grey", "rgb", "spectral"
@@ -52,6 +52,7 @@ class Rgb:
 
     source: np.ndarray | None = None
     bands = RGB
+    shares = None
 
     def light(self, value) -> np.ndarray:
         """Return (3,) watts; none where light lies outside of sRGB."""
@@ -77,6 +78,11 @@ class Grey:
     source: np.ndarray | None = None
     bands = GREY
 
+    @cached_property
+    def shares(self) -> np.ndarray:
+        """Return (1, 3) the shares of red, green and blue in the luminance of the light."""
+        return (RGB.y * self.rgb / RGB.luminance(self.rgb))[None]
+
     def light(self, value) -> np.ndarray:
         """Return (1,) watts, of which each counts K lumens."""
         if isinstance(value, tuple):
@@ -88,9 +94,7 @@ class Grey:
     def share(self, value) -> np.ndarray:
         """Return (1,) the luminous reflectance Y(rho S)/Y(S)."""
         if isinstance(value, tuple):
-            flat = min(value)
-            rest = RGB.luminance((np.array(value) - flat) * self.rgb) / RGB.luminance(self.rgb)
-            return np.array([flat + rest])
+            return mixed(value, self.shares)
         from radiosity.light.spectrum import tristimulus
 
         left, whole = tristimulus(value.share() * self.source), tristimulus(self.source)
@@ -110,21 +114,28 @@ class Cells:
 
         return cells(self.count)
 
+    @property
+    def shares(self) -> np.ndarray:
+        """Return (count, 3) the shares of red, green and blue in the cells."""
+        from radiosity.light.upsampling import primaries
+
+        return primaries(self.count)
+
     def light(self, value) -> np.ndarray:
         """Return (count,) watts in the cells."""
         from radiosity.light import spectrum, upsampling
 
         if isinstance(value, tuple):
-            return upsampling.white(self.count) * _mixed(value, upsampling.primaries(self.count))
+            return upsampling.white(self.count) * mixed(value, self.shares)
         return spectrum.watts(value.light(), self.count)
 
     def share(self, value) -> np.ndarray:
         """Return (count,) means over the cells."""
-        from radiosity.light import spectrum, upsampling
+        from radiosity.light.spectrum import means
 
         if isinstance(value, tuple):
-            return np.clip(_mixed(value, upsampling.primaries(self.count)), 0.0, 1.0)
-        return spectrum.means(value.share(), self.count)
+            return np.clip(mixed(value, self.shares), 0.0, 1.0)
+        return means(value.share(), self.count)
 
 
 @dataclass(frozen=True)
@@ -148,14 +159,17 @@ class Nanometres:
 
     def share(self, value) -> np.ndarray:
         """Return (471,) values."""
-        if not isinstance(value, tuple):
-            return value.share()
+        return mixed(value, self.shares) if isinstance(value, tuple) else value.share()
+
+    @property
+    def shares(self) -> np.ndarray:
+        """Return (471, 3) the shares of red, green and blue."""
         from radiosity.light.spectrum import cells, nanometres
         from radiosity.light.upsampling import primaries
 
         middles = cells(PRIMARIES).wavelengths
         found = [np.interp(nanometres(), middles, p) for p in primaries(PRIMARIES).T]
-        return _mixed(value, np.stack(found, axis=1))
+        return np.stack(found, axis=1)
 
 
 Palette = Rgb | Grey | Cells | Nanometres
@@ -191,9 +205,3 @@ def palette_of(bands: Bands) -> Palette:
 
 def _rgb_of(spectrum):
     return Nanometres().bands.to_rgb(spectrum.light())
-
-
-def _mixed(rgb, primaries):
-    """Return what (n, 3) primaries mix to; grey stays flat to the last digit."""
-    flat = min(rgb)
-    return flat + primaries @ (np.array(rgb) - flat)

@@ -136,6 +136,26 @@ def make_nodes(elements: Elements) -> Nodes:
     return Nodes(points, owner, fit)
 
 
+def from_other_side(elements: Elements, twin: np.ndarray) -> csr_array:
+    """Return (width n, width n): coefficients of fields as seen from the other side of a sheet.
+
+    Patch i has the values at its points that patch ``twin`` (n,) has there, 0 where that is -1.
+    """
+    n = len(elements)
+    k = np.flatnonzero(twin >= 0)
+    rows, columns, values = [k], [twin[k]], [np.ones(len(k))]
+    if elements.order == 1:
+        mine, theirs = elements.axes[k], elements.axes[twin[k]]
+        turn = np.einsum("kac,kbc->kab", mine / np.sum(mine**2, axis=2, keepdims=True), theirs)
+        for a in range(2):
+            for b in range(2):
+                rows.append((a + 1) * n + k)
+                columns.append((b + 1) * n + twin[k])
+                values.append(turn[:, a, b])
+    place = np.concatenate(rows), np.concatenate(columns)
+    return csr_array((np.concatenate(values), place), shape=(elements.width * n,) * 2)
+
+
 def _stretch(v):
     """Return (n, 4): the stretch of area of the bilinear map at the nodes."""
     s, t = SQUARE[:, 0, None], SQUARE[:, 1, None]

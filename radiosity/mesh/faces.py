@@ -24,12 +24,19 @@ class Faces:
         Index into ``Scene.groups`` (an OBJ group, or one per ``[[geometry]]`` block).
     degenerate : int
         How many faces without area were dropped on the way here.
+    uv : (f, 4, 2) float64, optional
+        Texture coordinates of the corners, nan on faces that have none.
+    corner_normals : (f, 4, 3) float64, optional
+        Unit normals of the curved surface that the faces stand for, on their front side, nan on
+        faces that are meant to be flat.
     """
 
     vertices: np.ndarray
     material: np.ndarray
     group: np.ndarray
     degenerate: int = 0
+    uv: np.ndarray | None = None
+    corner_normals: np.ndarray | None = None
 
     @classmethod
     def from_triangles(cls, triangles, material, group, merge: bool = True) -> "Faces":
@@ -38,7 +45,9 @@ class Faces:
         return cls.from_polygons(triangles[:, [0, 1, 2, 2]], material, group, merge)
 
     @classmethod
-    def from_polygons(cls, vertices, material, group, merge: bool = True) -> "Faces":
+    def from_polygons(
+        cls, vertices, material, group, merge: bool = True, uv=None, corner_normals=None
+    ) -> "Faces":
         """Return the faces of planar convex polygons, without those that have no area.
 
         Parameters
@@ -50,7 +59,8 @@ class Faces:
             Join pairs of triangles of one plane, material, group and orientation that share an
             edge into convex quadrilaterals: the pair whose corners are nearest to 90 degrees
             first, then the one read first. A pair keeps the place and the first vertex of its
-            first triangle.
+            first triangle. Pairs stay apart where `radiosity.mesh.corners.joinable` says so.
+        uv, corner_normals : (f, 4, 2), (f, 4, 3) float, optional
         """
         v = np.asarray(vertices, float).reshape(-1, 4, 3)
         bad = np.flatnonzero(~np.isfinite(v).all(axis=(1, 2)))
@@ -61,11 +71,18 @@ class Faces:
         keep = has_area(v)
         v, material, group = v[keep].copy(), material[keep].copy(), group[keep].copy()
         degenerate = int(np.count_nonzero(~keep))
+        more = [None if x is None else np.asarray(x, float)[keep] for x in (uv, corner_normals)]
         if merge:
-            first, second, quads = _merged(v, material, group)
-            v[first] = quads
-            v, material, group = (np.delete(x, second, axis=0) for x in (v, material, group))
-        return cls(v, material, group, degenerate)
+            first, second, joined = _merged(v, material, group, *more)
+            made = []
+            for corners, quads in zip((v, *more), joined, strict=True):
+                if corners is not None:
+                    corners[first] = quads
+                    corners = np.delete(corners, second, axis=0)
+                made.append(corners)
+            v, *more = made
+            material, group = (np.delete(x, second, axis=0) for x in (material, group))
+        return cls(v, material, group, degenerate, *more)
 
     @classmethod
     def concatenate(cls, parts: "list[Faces]") -> "Faces":
@@ -77,6 +94,8 @@ class Faces:
             np.concatenate([p.material for p in parts]),
             np.concatenate([p.group for p in parts]),
             sum(p.degenerate for p in parts),
+            _concatenated([p.uv for p in parts], parts),
+            _concatenated([p.corner_normals for p in parts], parts),
         )
 
     def __len__(self) -> int:
@@ -108,19 +127,43 @@ def has_area(v: np.ndarray) -> np.ndarray:
     return double > edge * (1e-12 * edge + rounding)
 
 
-def _merged(v, material, group):
-    """Return first and second face of each pair to join and the quadrilaterals (m, 4, 3)."""
+def _concatenated(corners, parts):
+    """Return the corners' values of all parts, nan where a part has none; None if all have none."""
+    some = [x for x in corners if x is not None]
+    if not some:
+        return None
+    missing = np.full((4, some[0].shape[2]), np.nan)
+    return np.concatenate([
+        np.broadcast_to(missing, (len(p), *missing.shape)) if x is None else x
+        for x, p in zip(corners, parts, strict=True)
+    ])  # fmt: skip
+
+
+def _merged(v, material, group, uv, normals):
+    """Return first and second face of each pair to join, and what its corners become.
+
+    That is quadrilaterals (m, 4, 3) and, where given, their texture coordinates and normals.
+    """
     triangle = np.flatnonzero(np.all(v[:, 3] == v[:, 2], axis=1))
     corners = v[triangle][:, :3]
     surface = material[triangle] * (group.max(initial=0) + 1) + group[triangle]
     one, two = _neighbours(corners, surface)
-    quads = _joined(corners, one, two)
-    worst = _worst_corner(quads)
-    good = np.flatnonzero(worst <= BLUNTEST)
+    joined = [
+        None if x is None else _joined(x[triangle][:, :3], one, two) for x in (v, uv, normals)
+    ]
+    worst = _worst_corner(joined[0])
+    good = worst <= BLUNTEST
+    if uv is not None or normals is not None:
+        from radiosity.mesh.corners import joinable
+
+        details = [None if x is None else x[triangle][:, :3] for x in (uv, normals)]
+        good &= joinable(joined, details, one, two)
+    good = np.flatnonzero(good)
     one, two = one[good] // 3, two[good] // 3
     order = np.lexsort((two, one, np.round(worst[good], 6)))
     chosen = order[_greedy(one[order], two[order], len(triangle))]
-    return triangle[one[chosen]], triangle[two[chosen]], quads[good[chosen]]
+    quads = [None if x is None else x[good[chosen]] for x in joined]
+    return triangle[one[chosen]], triangle[two[chosen]], quads
 
 
 def _neighbours(corners, surface):
@@ -179,7 +222,10 @@ def _ranks(x, gap):
 
 
 def _joined(corners, one, two):
-    """Return quadrilaterals (m, 4, 3) that begin with the first vertex of triangle one // 3."""
+    """Return what the corners (t, 3, c) of pairs of triangles become, (m, 4, c).
+
+    Quadrilaterals begin with the first vertex of triangle one // 3.
+    """
     t, k = one // 3, one % 3
     a, b, c = (corners[t, (k + i) % 3] for i in range(3))
     d = corners[two // 3, (two % 3 + 2) % 3]

@@ -50,10 +50,15 @@ def triangulate(polygon: np.ndarray, flatness: float = PLANAR) -> np.ndarray:
         Fewer than 3 vertices, not planar or crossing itself; the text says which and where.
     """
     polygon = np.asarray(polygon, float)
+    return polygon[convex_parts(polygon, flatness)]
+
+
+def convex_parts(polygon: np.ndarray, flatness: float = PLANAR) -> np.ndarray:
+    """Return which vertices (k, 4) the faces of `triangulate` have; it raises what that does."""
     if len(polygon) < 3:
         raise ValueError(f"has {len(polygon)} vertices, a polygon needs at least 3")
     if len(polygon) == 4 and convex_quads(polygon[None])[0]:
-        return polygon[None].copy()
+        return np.arange(4)[None]
     centre = polygon.mean(axis=0)
     size = np.linalg.norm(np.ptp(polygon, axis=0))
     rounding = 4 * np.finfo(float).eps * np.abs(polygon).max()
@@ -64,7 +69,7 @@ def triangulate(polygon: np.ndarray, flatness: float = PLANAR) -> np.ndarray:
     _check_simple(flat)
     corners = _without_straight(flat, size)
     ears = _ears(flat[corners], size)
-    return polygon[corners[ears]][:, [0, 1, 2, 2]]
+    return corners[ears][:, [0, 1, 2, 2]]
 
 
 def _plane(points, thinnest):

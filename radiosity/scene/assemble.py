@@ -61,7 +61,7 @@ def with_materials(
     place = {name: k for k, name in enumerate(table)}
     index = np.array([place[name] for name in geometry.material_names], int)
     old = geometry.faces
-    faces = Faces(old.vertices, index[old.material], old.group, old.degenerate)
+    faces = replace(old, material=index[old.material])
     if old.degenerate:
         notes.append(f"{old.degenerate} faces without area were left out")
     return faces, tuple(table.values()), notes

@@ -56,11 +56,15 @@ def load(
     from radiosity.scene.toml import read_toml  # pydantic takes 0.2 s to import
 
     text = _decoded(read_bytes(path), path)
-    named, spectrum = partial(_named, path.parent, merge), partial(_text_of, path.parent)
-    return read_toml(text, str(path), named, spectrum, path.stem, merge, bands, accuracy)
+    named, picture, spectrum = (partial(read, path.parent) for read in (_named, _picture, _text_of))
+    return read_toml(
+        text, str(path), partial(named, merge), path.stem, merge, picture, spectrum, bands, accuracy
+    )
 
 
-def read_geometry(path: str | Path, folder: Path | None = None, merge: bool = True) -> Geometry:
+def read_geometry(
+    path: str | Path, folder: Path | None = None, merge: bool = True, uv: bool = False
+) -> Geometry:
     """Return the geometry of an OBJ, PLY or STL file.
 
     Parameters
@@ -70,6 +74,8 @@ def read_geometry(path: str | Path, folder: Path | None = None, merge: bool = Tr
         The folder outside which nothing is read; None if the user named the file.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
+    uv : bool
+        Read texture coordinates; only OBJ files have them here.
 
     Raises
     ------
@@ -87,7 +93,7 @@ def read_geometry(path: str | Path, folder: Path | None = None, merge: bool = Tr
         )
     if folder is not None:
         _check_inside(path, folder)
-    geometry = reader(path, folder or path.parent, merge)
+    geometry = reader(path, folder or path.parent, merge, uv)
     problem = geometry_problem(geometry)
     if problem:
         raise SceneError(str(path), [problem])
@@ -157,9 +163,18 @@ def _decoded(data, path):
         ) from None
 
 
-def _named(folder, merge, name):
+def _named(folder, merge, name, uv):
     """Return the geometry that a scene file names, relative to its folder."""
-    return read_geometry(folder / name, folder, merge)
+    return read_geometry(folder / name, folder, merge, uv)
+
+
+def _picture(folder, name):
+    """Return the pixels of a picture that a scene file names, relative to its folder."""
+    from radiosity.scene.textures import read_picture
+
+    path = folder / name
+    _check_inside(path, folder)
+    return read_picture(path, read_bytes)
 
 
 def _text_of(folder, name):
@@ -169,7 +184,7 @@ def _text_of(folder, name):
     return _decoded(read_bytes(path), path)
 
 
-def _obj(path, folder, merge):
+def _obj(path, folder, merge, uv):
     def read_library(name):
         library = path.parent / name
         _check_inside(library, folder)
@@ -177,7 +192,7 @@ def _obj(path, folder, merge):
             return None
         return _loosely_decoded(read_bytes(library))
 
-    return read_obj(_loosely_decoded(read_bytes(path)), str(path), read_library, merge)
+    return read_obj(_loosely_decoded(read_bytes(path)), str(path), read_library, merge, uv)
 
 
 def _loosely_decoded(data):
@@ -186,7 +201,7 @@ def _loosely_decoded(data):
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _trimesh(path, folder, merge):
+def _trimesh(path, folder, merge, uv):
     """Return what trimesh reads of a PLY or STL file, checked."""
     import trimesh  # takes 0.3 s
 

@@ -44,14 +44,22 @@ class Geometry:
     def placed(self, matrix: np.ndarray) -> "Geometry":
         """Return the geometry moved by a matrix (4, 4) that acts on columns.
 
-        A reflection also turns the winding round, so fronts stay fronts.
+        A reflection also turns the winding round, so fronts stay fronts. Normals are moved by the
+        inverse transpose.
         """
-        v = self.faces.vertices @ matrix[:3, :3].T + matrix[:3, 3]
-        if np.linalg.det(matrix[:3, :3]) < 0:
-            triangle = self.faces.is_triangle
-            v[triangle] = v[triangle][:, [0, 2, 1, 1]]
-            v[~triangle] = v[~triangle][:, [0, 3, 2, 1]]
-        return replace(self, faces=replace(self.faces, vertices=v), given=None)
+        faces, linear = self.faces, matrix[:3, :3]
+        v, uv, normals = faces.vertices @ linear.T + matrix[:3, 3], faces.uv, faces.corner_normals
+        if normals is not None:
+            normals = normals @ np.linalg.inv(linear)
+            normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+        if np.linalg.det(linear) < 0:
+            order = np.where(faces.is_triangle[:, None], [0, 2, 1, 1], [0, 3, 2, 1])[..., None]
+            v, uv, normals = (
+                None if x is None else np.take_along_axis(x, order, axis=1)
+                for x in (v, uv, normals)
+            )
+        faces = replace(faces, vertices=v, uv=uv, corner_normals=normals)
+        return replace(self, faces=faces, given=None)
 
 
 def joined(parts: list[Geometry]) -> Geometry:

@@ -6,6 +6,7 @@ from radiosity.light import photometry
 from radiosity.light.bands import Bands
 from radiosity.light.palette import NEUTRAL, Palette
 from radiosity.scene.assemble import DEFAULT_REFLECTANCE
+from radiosity.scene.checks import TextureKey
 from radiosity.scene.geometry import Geometry
 from radiosity.scene.model import Material, Phong
 from radiosity.scene.schema import ROUNDING, EmissionTable, MaterialTable
@@ -25,19 +26,26 @@ def make_materials(
         emission = _radiance(table.emission, float(areas[faces].sum()), palette)
         gloss = table.specular
         phong = gloss and Phong(palette.share(gloss.reflectance), gloss.exponent)
-        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided)
+        through = None if table.translucent is None else palette.share(table.translucent)
+        made[name] = Material(name, diffuse, absorptance, emission, phong, table.two_sided, through)
     return made, notes
 
 
 def excess_of(material: Material, bands: Bands) -> str | None:
-    """Return what makes a material reflect more than it receives in one of the bands, or None."""
-    if material.specular is None:
-        return None
-    total = material.diffuse + material.specular.reflectance
+    """Return what makes a material send on more than it receives in one of the bands, or None."""
+    brightest = material.diffuse if material.texture is None else material.texture.highest
+    gloss = material.specular and material.specular.reflectance
+    parts = {
+        "diffuse": brightest,
+        "specular.reflectance": gloss,
+        "translucent": material.translucent,
+    }
+    parts = {key: share for key, share in parts.items() if share is not None}
+    total = np.sum(list(parts.values()), axis=0)
     if total.max() <= 1.0 + ROUNDING:
         return None
     return (
-        f"materials.{material.name}: diffuse + specular.reflectance = {total.max():.6g} at "
+        f"materials.{material.name}: {' + '.join(parts)} = {total.max():.6g} at "
         f"{bands.names[int(np.argmax(total))]} must be at most 1: a surface cannot reflect more "
         "than it receives; lower one of them"
     )
@@ -45,13 +53,16 @@ def excess_of(material: Material, bands: Bands) -> str | None:
 
 def _diffuse(name, table, palette):
     """Return reflectance and absorptance (bands,), and a note where neither is given."""
+    if isinstance(table.diffuse, TextureKey):
+        dark = np.zeros(palette.bands.count)
+        return dark, 1 - dark, None  # the texture tells
     if table.absorptance is not None:
         absorptance = palette.share(table.absorptance)
         return 1 - absorptance, absorptance, None
     if table.diffuse is not None:
         diffuse = palette.share(table.diffuse)
         return diffuse, 1 - diffuse, None
-    value = 0.0 if table.specular else DEFAULT_REFLECTANCE
+    value = 0.0 if table.specular or table.translucent else DEFAULT_REFLECTANCE
     diffuse = np.full(palette.bands.count, value)
     return diffuse, 1 - diffuse, f'material "{name}" gives no diffuse: {value:g} is taken'
 

@@ -1,12 +1,17 @@
 """What a user describes: materials, cameras and the scene, as frozen values."""
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radiosity.light.bands import RGB, Bands
 from radiosity.light.sources import Light
 from radiosity.mesh.faces import Faces
+
+if TYPE_CHECKING:
+    from radiosity.light.bump import Bump
+    from radiosity.light.texture import Texture
 
 
 class SceneError(ValueError):
@@ -50,6 +55,12 @@ class Material:
     emission : (bands,) float64
         Radiance in W/(m2 sr), from the front only.
     specular : Phong or None
+    translucent : (bands,) float64, optional
+        Share of the light on either side that leaves the other one, evenly: tau = pi T*.
+    texture : Texture, optional
+        Reflectance of each point, whose mean ``diffuse`` is.
+    bump : Bump, optional
+        Relief, in scene units, seen in pictures.
 
     Examples
     --------
@@ -64,6 +75,14 @@ class Material:
     emission: np.ndarray
     specular: Phong | None = None
     two_sided: bool = True
+    translucent: np.ndarray | None = None
+    texture: "Texture | None" = None
+    bump: "Bump | None" = None
+
+    @property
+    def least_absorptance(self) -> np.ndarray:
+        """Return 1 - reflectance (3,) where the surface is brightest."""
+        return self.absorptance if self.texture is None else 1.0 - self.texture.highest
 
     @property
     def emits(self) -> bool:
@@ -106,10 +125,9 @@ class Truth:
 class Scene:
     """A scene as read; lengths are in ``unit``, whose size in metres is ``unit_m``.
 
-    ``bands`` tells what the numbers of its materials and lights stand for; ``ambient`` (bands,) is
-    the radiance that enters from outside, W/(m2 sr), 0 if not given; ``lights`` are abstract light
-    sources, seen by surfaces and not by cameras; ``spectra`` names the files that colours come
-    from.
+    ``bands`` tells what the numbers of its materials, of its ``lights``, abstract sources that
+    surfaces see and cameras do not, and of its ``ambient`` radiance stand for; ``spectra`` names
+    the files that colours come from.
 
     Examples
     --------
@@ -128,7 +146,7 @@ class Scene:
     unit: str = "m"
     unit_m: float = 1.0
     up: str = "z"
-    ambient: np.ndarray | None = None
+    ambient: np.ndarray | None = None  # (bands,) W/(m2 sr) that enter from outside; none is 0
     lights: tuple[Light, ...] = ()
     truth: Truth | None = None
     source: str = ""
@@ -161,8 +179,13 @@ class Scene:
             for k in np.flatnonzero(~np.isfinite(self.faces.vertices).all(axis=(1, 2)))[:3]
         ]
         problems += self._miscounted()
-        for m in self.materials:
+        for k, m in enumerate(self.materials):
             where = f"materials.{m.name}"
+            if m.texture is not None:
+                bounds = np.append(m.texture.lowest, m.texture.highest)
+                problems += _outside(f"{where}.texture", bounds, 1.0, "it is a reflectance")
+            if m.texture is not None or m.bump is not None:
+                problems += uncovered(where, self.faces, self.faces.material == k)
             why = "a surface cannot reflect more than it receives"
             problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)
             problems += _outside(f"{where}.absorptance", m.absorptance, 1.0, "a share of the light")
@@ -186,6 +209,18 @@ class Scene:
             for where, x in values.items()
             if np.shape(x) != (count,)
         ]
+
+
+def uncovered(where: str, faces: Faces, mine: np.ndarray) -> list[str]:
+    """Return what is wrong where not all of some faces (f,) bool have texture coordinates."""
+    bare = mine if faces.uv is None else mine & np.isnan(faces.uv).any(axis=(1, 2))
+    if not bare.any():
+        return []
+    return [
+        f"{where} names a texture, but {bare.sum()} of its {mine.sum()} faces have no texture "
+        f"coordinates, face {np.flatnonzero(bare)[0]} for one: give vt in the OBJ file or uv "
+        "beside the polygons"
+    ]
 
 
 def _outside(where, values, most, why) -> list[str]:

@@ -1,17 +1,18 @@
 """OBJ: Wavefront geometry and its MTL material libraries.
 
-Read are ``v``, ``f``, ``g``, ``o``, ``usemtl`` and ``mtllib``; in a library ``newmtl``, ``Kd``
-(diffuse reflectance) and ``Ke`` (emitted radiance). Everything else is ignored.
+Read are ``v``, ``vn``, ``f``, ``g``, ``o``, ``usemtl`` and ``mtllib``, and ``vt`` where the scene
+has textures; in a library ``newmtl``, ``Kd`` (diffuse reflectance) and ``Ke`` (emitted radiance).
+Everything else is ignored.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from radiosity.mesh.faces import Faces, has_area
 from radiosity.mesh.given import Given
-from radiosity.mesh.triangulate import NoArea, convex_quads, triangulate
+from radiosity.mesh.triangulate import NoArea, convex_parts, convex_quads
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.model import Material, SceneError
 
@@ -24,10 +25,14 @@ class _Statements:
 
     vertex: list = field(default_factory=list)
     vertex_line: list = field(default_factory=list)
+    uv: list = field(default_factory=list)
+    uv_line: list = field(default_factory=list)
+    normal: list = field(default_factory=list)
+    normal_line: list = field(default_factory=list)
     corner: list = field(default_factory=list)
     face_size: list = field(default_factory=list)
     face_line: list = field(default_factory=list)
-    vertices_before: list = field(default_factory=list)
+    before: list = field(default_factory=list)
     material: list = field(default_factory=list)
     group: list = field(default_factory=list)
     material_names: dict = field(default_factory=dict)
@@ -37,8 +42,9 @@ class _Statements:
 
 
 def read_obj(
-    text: str, source: str, read_library: Callable[[str], str | None], merge: bool = True
-) -> Geometry:
+    text: str, source: str, read_library: Callable[[str], str | None], merge: bool = True,
+    uv: bool = False,
+) -> Geometry:  # fmt: skip
     """Return the geometry of an OBJ file.
 
     Parameters
@@ -51,6 +57,8 @@ def read_obj(
         Returns the text of an MTL file given its name in the OBJ file, None if there is none.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
+    uv : bool
+        Read texture coordinates.
 
     Raises
     ------
@@ -58,26 +66,39 @@ def read_obj(
         Lists all lines that are wrong: no numbers, no finite numbers, vertices that do not
         exist, no faces at all; and what is wrong in the libraries.
     """
-    said = _statements(text)
+    said = _statements(text, uv)
     points = _points(said)
     corners = _corners(said, len(points))
+    details = [_detail(said, *kind) for kind in DETAILS]
     materials, notes = _libraries(said, read_library)
     if not said.problems and not said.face_size:
         said.problems.append("has no faces: an OBJ file lists them as lines such as f 1 2 3")
     if said.problems:
         raise SceneError(source, _shortened(said.problems))
-    polygons, origin, more = _polygons(points, corners, said)
+    place, origin, more = _polygons(points, corners, said)
     if said.problems:
         raise SceneError(source, _shortened(said.problems))
+    polygons = points[corners[place]]
     faces = Faces.from_polygons(
-        polygons, np.array(said.material, int)[origin], np.array(said.group, int)[origin], merge
-    )
+        polygons, np.array(said.material, int)[origin], np.array(said.group, int)[origin], merge,
+        *(None if x is None else _whole(x[place]) for x in details),
+    )  # fmt: skip
+    if faces.corner_normals is not None:
+        from radiosity.mesh.corners import curved
+
+        faces = replace(faces, corner_normals=curved(faces))
     given = None if merge else Given(faces, origin[has_area(polygons)], len(said.face_size))
     names = tuple(said.material_names), tuple(said.group_names)
     return Geometry(faces, *names, materials, tuple(notes + more), given)
 
 
-def _statements(text):
+def _whole(values):
+    """Return corners (k, 4, c), nan on all of a face where one of them is."""
+    missing = np.isnan(values).any(axis=(1, 2), keepdims=True)
+    return np.where(missing, np.nan, values)
+
+
+def _statements(text, uv):
     """Sort the words of all lines by what they say."""
     said = _Statements()
     material = group = DEFAULT
@@ -94,9 +115,15 @@ def _statements(text):
             said.corner += words[1:]
             said.face_size.append(len(words) - 1)
             said.face_line.append(number)
-            said.vertices_before.append(len(said.vertex))
+            said.before.append((len(said.vertex), len(said.uv), len(said.normal)))
             said.material.append(_index(said.material_names, material))
             said.group.append(_index(said.group_names, group))
+        elif word == "vn":
+            said.normal.append(words[1:4])
+            said.normal_line.append(number)
+        elif word == "vt" and uv:
+            said.uv.append(words[1:3])
+            said.uv_line.append(number)
         elif word == "usemtl":
             material = _rest(line) or DEFAULT
         elif word in ("g", "o"):
@@ -134,20 +161,23 @@ def _index(names, name):
 
 def _points(said):
     """Return vertices (n, 3); wrong lines become problems."""
+    what = f"a vertex is three finite numbers x y z, at most {LONGEST:g}"
+    return _values(said, said.vertex, said.vertex_line, 3, f"v {{}}: {what}")
+
+
+def _values(said, rows, lines, count, text):
+    """Return the numbers (n, count) of some lines; wrong ones become problems with the text."""
     try:
-        points = np.array(said.vertex, float).reshape(-1, 3)
-        if (np.abs(points) <= LONGEST).all():  # false for nan
-            return points
+        values = np.array(rows, float).reshape(-1, count)
+        if len(values) == len(rows) and (np.abs(values) <= LONGEST).all():  # false for nan
+            return values
     except ValueError:
         pass
-    for number, words in zip(said.vertex_line, said.vertex, strict=True):
-        numbers = _numbers(words, 3)
+    for number, words in zip(lines, rows, strict=True):
+        numbers = _numbers(words, count)
         if numbers is None or max(map(abs, numbers)) > LONGEST:
-            said.problems.append(
-                f"line {number}: v {' '.join(words)}: a vertex is three finite numbers x y z, "
-                f"at most {LONGEST:g}"
-            )
-    return np.zeros((len(said.vertex), 3))
+            said.problems.append(f"line {number}: {text.format(' '.join(words))}")
+    return np.zeros((len(rows), count))
 
 
 def _numbers(words, count):
@@ -164,18 +194,16 @@ def _corners(said, n):
     size = np.array(said.face_size, int)
     try:
         index = np.array([int(word.partition("/")[0]) for word in said.corner], np.int64)
-        before = np.repeat(np.array(said.vertices_before, np.int64), size)
+        before = np.repeat(np.array(said.before, np.int64).reshape(-1, 3)[:, 0], size)
         resolved = np.where(index < 0, index + before, index - 1)
         if (size >= 3).all() and ((resolved >= 0) & (resolved < n) & (index != 0)).all():
             return resolved
     except (ValueError, OverflowError):
         pass
     start = 0
-    for number, count, before in zip(
-        said.face_line, said.face_size, said.vertices_before, strict=True
-    ):
+    for number, count, before in zip(said.face_line, said.face_size, said.before, strict=True):
         words = said.corner[start : start + count]
-        said.problems += [f"line {number}: {p}" for p in _face_problems(words, before, n)]
+        said.problems += [f"line {number}: {p}" for p in _face_problems(words, before[0], n)]
         start += count
     return np.zeros(0, np.int64)
 
@@ -197,14 +225,49 @@ def _face_problems(words, before, n):
             yield f"f ... {word}: vertex {index} does not exist, {before} were given so far"
 
 
+# Where a corner v/vt/vn names them, how many numbers they are and what a wrong line is told.
+DETAILS = (
+    (1, "uv", 2, "vt {}: texture coordinates are two finite numbers u v"),
+    (2, "normal", 3, "vn {}: a normal is three finite numbers x y z"),
+)
+
+
+def _detail(said, slot, name, count, text):
+    """Return what every corner has of a kind (c, count), nan where nothing; None if none does."""
+    rows = getattr(said, name)
+    if not rows:
+        return None
+    values = _values(said, rows, getattr(said, f"{name}_line"), count, text)
+    words = [word.split("/") for word in said.corner]
+    named = [w[slot] if len(w) > slot and w[slot] else "0" for w in words]
+    owner = np.repeat(np.arange(len(said.face_size)), said.face_size)
+    try:
+        index = np.array(named, np.int64)
+    except (ValueError, OverflowError):
+        index = np.array([int(n) if _is_whole(n) else len(rows) + 1 for n in named])
+    before = np.array(said.before)[owner, slot]
+    index = np.where(index < 0, np.where(-index > before, -1, index + before + 1), index)
+    bad = np.flatnonzero((index > len(rows)) | (index < 0))
+    said.problems += [
+        f"line {said.face_line[owner[c]]}: f ... {said.corner[c]}: {text[:2]} {named[c]} does not "
+        f"exist, the file has {len(rows)}, {before[c]} of them so far"
+        for c in bad
+    ]
+    return None if len(bad) else np.concatenate([np.full((1, count), np.nan), values])[index]
+
+
+def _is_whole(word):
+    return word.lstrip("+-").isdecimal() and len(word) < 19
+
+
 def _polygons(points, corners, said):
-    """Return convex polygons (k, 4, 3), the face each came from and notes."""
+    """Return the corners (k, 4) of convex polygons, the face each came from and notes."""
     size = np.array(said.face_size, int)
     first = np.cumsum(size) - size
     three, four = np.flatnonzero(size == 3), np.flatnonzero(size == 4)
-    triangles = points[corners[first[three, None] + [0, 1, 2, 2]]]
-    quads = points[corners[first[four, None] + np.arange(4)]]
-    whole = convex_quads(quads)
+    triangles = first[three, None] + [0, 1, 2, 2]
+    quads = first[four, None] + np.arange(4)
+    whole = convex_quads(points[corners[quads]])
     hard = np.concatenate([four[~whole], np.flatnonzero(size > 4)])
     parts, origin, notes = [triangles, quads[whole]], [three, four[whole]], []
     flat = 0
@@ -214,7 +277,7 @@ def _polygons(points, corners, said):
             said.problems.append(f"line {said.face_line[f]}: the face {problem}")
         flat += split is None
         if split is not None:
-            parts.append(split)
+            parts.append(first[f] + split)
             origin.append(np.full(len(split), f))
     if flat:
         notes.append(f"{flat} faces with all corners on one line were left out")
@@ -224,16 +287,16 @@ def _polygons(points, corners, said):
 
 
 def _split(polygon):
-    """Return convex parts of one face, None if it has no area; and what is wrong with it.
+    """Return the corners (k, 4) of convex parts of a face, None if it has no area; and a problem.
 
     Corners in files are rounded: a polygon that is not flat is split as it is drawn.
     """
     try:
-        return triangulate(polygon, flatness=np.inf), None
+        return convex_parts(polygon, flatness=np.inf), None
     except NoArea:
         return None, None
     except ValueError as error:
-        return np.empty((0, 4, 3)), str(error)
+        return np.empty((0, 4), int), str(error)
 
 
 def _libraries(said, read_library):

@@ -1,19 +1,30 @@
 """Schema: which keys a scene file has, which values they take, and what is said of wrong ones.
 
-Every check is a value object that turns what TOML holds into what the model holds, or raises
-`Wrong` with one sentence for each mistake; pydantic walks the tables.
+Every value has a check, see `radiosity.scene.checks`; pydantic walks the tables.
 """
 
-import difflib
 import json
-import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from radiosity.scene.checks import (
+    Bands,
+    Colour,
+    Number,
+    Picture,
+    Sequence,
+    SpectrumFile,
+    Table,
+    TextureKey,
+    Wrong,
+    encoding,
+    nearest,
+    text_value,
+    truth_value,
+)
 from radiosity.scene.geometry import LONGEST
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
@@ -22,128 +33,8 @@ ROUNDING = 1e-9  # by which reflectances may add up to more than 1, as decimals 
 RECEIVES = "a surface cannot reflect more than it receives"
 
 
-class Wrong(ValueError):
-    """What is wrong inside a value: (path below it, value there, sentence) for each mistake."""
-
-    def __init__(self, *found: tuple[tuple, Any, str]):
-        self.found = found
-        super().__init__(f"{len(found)} mistakes")
-
-
-@dataclass(frozen=True)
-class Number:
-    """A finite number between bounds; ``why`` is what the bound means."""
-
-    low: float = -math.inf
-    high: float = math.inf
-    why: str = ""
-    inclusive: bool = True
-
-    def __call__(self, value) -> float:
-        """Return the number as float, or raise `Wrong`."""
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise Wrong(((), value, "must be a number"))
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-        if not math.isfinite(number):
-            raise Wrong(((), value, "must be a finite number"))
-        outside = number < self.low or number > self.high
-        if outside or (not self.inclusive and number in (self.low, self.high)):
-            raise Wrong(((), value, self._bound() + (f": {self.why}" if self.why else "")))
-        return number
-
-    def _bound(self) -> str:
-        if math.isinf(self.high):
-            return f"must be {'at least' if self.inclusive else 'greater than'} {self.low:g}"
-        if self.inclusive:
-            return f"must lie in [{self.low:g}, {self.high:g}]"
-        return f"must lie between {self.low:g} and {self.high:g}, both excluded"
-
-
-@dataclass(frozen=True)
-class Sequence:
-    """A list of ``count`` values (any number if None) that one check each accepts."""
-
-    check: Any
-    count: int | None
-    what: str
-
-    def __call__(self, value) -> tuple:
-        """Return the values as a tuple, or raise `Wrong`."""
-        if not isinstance(value, list) or (self.count and len(value) != self.count):
-            raise Wrong(((), value, f"must be {self.what}"))
-        found, good = [], []
-        for k, item in enumerate(value):
-            try:
-                good.append(self.check(item))
-            except Wrong as error:
-                found += [((k, *path), v, text) for path, v, text in error.found]
-        if found:
-            raise Wrong(*found)
-        return tuple(good)
-
-
-@dataclass(frozen=True)
-class Bands:
-    """A number, which stands for every band, or three of them."""
-
-    check: Number
-    what: str = "a number or [r, g, b]"
-
-    def __call__(self, value) -> tuple:
-        """Return three floats, or raise `Wrong`."""
-        if isinstance(value, list):
-            return Sequence(self.check, 3, self.what)(value)
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise Wrong(((), value, f"must be {self.what}"))
-        return (self.check(value),) * 3
-
-
-@dataclass(frozen=True)
-class SpectrumFile:
-    """The name of a spectrum's file, and what its values are checked by."""
-
-    name: str
-    check: Number
-
-
-@dataclass(frozen=True)
-class Colour:
-    """What `Bands` takes, or the name of a file with a spectrum."""
-
-    check: Number
-
-    def __call__(self, value) -> tuple | SpectrumFile:
-        """Return three floats or a file, or raise `Wrong`."""
-        what = 'a number or [r, g, b], or a spectrum, "NAME.csv"'
-        if not isinstance(value, str):
-            return Bands(self.check, what)(value)
-        if not value.lower().endswith(".csv"):
-            raise Wrong(((), value, f"must be {what}"))
-        return SpectrumFile(value, self.check)
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of any names whose values one check accepts."""
-
-    check: Any
-
-    def __call__(self, value) -> dict:
-        """Return the table, or raise `Wrong`."""
-        found, good = [], {}
-        for name, item in value.items():
-            try:
-                good[name] = self.check(item)
-            except Wrong as error:
-                found += [((name, *path), v, text) for path, v, text in error.found]
-        if not value:
-            found.append(((), value, "must name at least one material or group"))
-        if found:
-            raise Wrong(*found)
-        return good
+def _diffuse(value) -> tuple | SpectrumFile | TextureKey:
+    return TEXTURE(value) if isinstance(value, dict) else REFLECTANCE(value)
 
 
 def _picture_size(value) -> tuple[int, int]:
@@ -160,6 +51,11 @@ def _mesh(value) -> str:
     raise Wrong(((), value, 'must be "auto", "input" or a whole number of cells from 1'))
 
 
+def _smooth(value) -> bool | float:
+    """Return true, false or an angle in degrees, or raise `Wrong`."""
+    return value if isinstance(value, bool) else Number(0, 180, "degrees, or true or false")(value)
+
+
 def _truth_radiosity(value) -> dict:
     bands = Bands(Number(0), "a number, [r, g, b] or a table of them by material or group")
     return Table(bands)(value) if isinstance(value, dict) else {"": bands(value)}
@@ -167,13 +63,21 @@ def _truth_radiosity(value) -> dict:
 
 REFLECTANCE = Colour(Number(0, 1, RECEIVES))
 ABSORPTANCE = Colour(Number(0, 1, "it is 1 - reflectance"))
+PICTURE = {"texture": text_value, "encoding": encoding, "repeat": truth_value}
+TEXTURE = Picture(
+    PICTURE | {"scale": Bands(Number(0, why="it multiplies reflectances"))},
+    'diffuse = { texture = "wood.png" }',
+)
 POWER = Number(0, why="light cannot be taken away")
 BANDS = Colour(POWER)
 LENGTH = Number(-LONGEST, LONGEST, "powers of longer lengths cannot be computed")
 POINT = Sequence(LENGTH, 3, "three numbers [x, y, z]")
+BUMP = Picture(PICTURE | {"height": LENGTH}, 'bump = { texture = "b.png", height = 0.01 }')
 SCALE = Bands(LENGTH, "a number or [x, y, z]")
 POLYGON = Sequence(POINT, None, "a list of points [x, y, z]")
 POLYGONS = Sequence(POLYGON, None, "a list of polygons [[[x, y, z], ...")
+UV = Sequence(Sequence(Number(), 2, "two numbers [u, v]"), None, "a list of pairs [u, v]")
+UVS = Sequence(UV, None, "a list of lists [[[u, v], ...], as polygons has")
 MATRIX = Sequence(Sequence(LENGTH, 4, "four numbers"), 4, "four rows of four numbers")
 
 
@@ -211,9 +115,11 @@ class EmissionTable(StrictTable):
 class MaterialTable(StrictTable):
     """One ``[materials.NAME]``."""
 
-    diffuse: taken_by(REFLECTANCE) = None
+    diffuse: taken_by(_diffuse) = None
     absorptance: taken_by(ABSORPTANCE) = None
+    bump: taken_by(BUMP) = None
     two_sided: bool = True
+    translucent: taken_by(REFLECTANCE) = None
     specular: SpecularTable | None = None
     emission: EmissionTable | None = None
 
@@ -224,6 +130,8 @@ class GeometryTable(StrictTable):
     file: str | None = None
     material: str | None = None
     polygons: taken_by(POLYGONS) = None
+    uv: taken_by(UVS) = None
+    smooth: taken_by(_smooth) = True
     transform: taken_by(MATRIX) = None
     translate: taken_by(POINT) = None
     rotate: taken_by(POINT) = None
@@ -316,12 +224,6 @@ def values_of(table: BaseModel, kind: type) -> Iterator[Any]:
             yield from values_of(value, kind)
         elif isinstance(value, kind):
             yield value
-
-
-def nearest(name: str, known) -> str:
-    """Return a question with the known name most like this one, or all that are known."""
-    like = difflib.get_close_matches(name, list(known), n=1)
-    return f"did you mean {like[0]}?" if like else f"known are {', '.join(known) or 'none'}"
 
 
 def at(path: tuple, value, text: str) -> str:

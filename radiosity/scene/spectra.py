@@ -7,8 +7,9 @@ import numpy as np
 from pydantic import BaseModel
 
 from radiosity.light.spectrum import Spectrum, nanometres
+from radiosity.scene.checks import Number, SpectrumFile, Wrong
 from radiosity.scene.model import SceneError
-from radiosity.scene.schema import Number, SpectrumFile, Wrong, at
+from radiosity.scene.schema import at
 
 MOST = 10  # problems of one file that are told
 Model = TypeVar("Model", bound=BaseModel)

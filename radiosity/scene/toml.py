@@ -10,8 +10,6 @@ import numpy as np
 
 from radiosity.light.bands import RGB
 from radiosity.light.palette import ACCURACY, kind_of
-from radiosity.mesh.faces import Faces
-from radiosity.mesh.triangulate import triangulate
 from radiosity.scene.assemble import (
     AXES,
     default_camera,
@@ -19,31 +17,32 @@ from radiosity.scene.assemble import (
     in_bands,
     with_materials,
 )
+from radiosity.scene.blocks import parts_of
+from radiosity.scene.checks import SpectrumFile, nearest, value_of
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
 from radiosity.scene.lights import Ambient, make_light, read_lights
 from radiosity.scene.materials import excess_of, make_materials
-from radiosity.scene.model import Camera, Scene, SceneError, Truth
+from radiosity.scene.model import (
+    Camera,
+    Scene,
+    SceneError,
+    Truth,
+    uncovered,
+)
 from radiosity.scene.schema import (
     ABSORPTANCE,
-    MATRIX,
     POINT,
-    POLYGON,
     REFLECTANCE,
     ROUNDING,
-    SCALE,
     UNITS,
     CameraTable,
     EmissionTable,
-    GeometryTable,
     MaterialTable,
     SceneTable,
-    SpectrumFile,
     TruthTable,
-    Wrong,
     at,
     checked,
     dotted,
-    nearest,
     values_of,
 )
 
@@ -51,10 +50,11 @@ from radiosity.scene.schema import (
 def read_toml(
     text: str,
     source: str,
-    read_geometry: Callable[[str], Geometry],
-    read_text: Callable[[str], str],
+    read_geometry: Callable[[str, bool], Geometry],
     name: str = "",
     merge: bool = True,
+    read_picture: Callable[[str], np.ndarray] | None = None,
+    read_text: Callable[[str], str] | None = None,
     bands: str | int = "auto",
     accuracy: float = ACCURACY,
 ) -> Scene:
@@ -66,13 +66,16 @@ def read_toml(
     source : str
         The file's name, for messages and `Scene.source`.
     read_geometry : callable
-        Returns the geometry of a file named in the text; raises SceneError.
-    read_text : callable
-        Returns the text of a spectrum's file named in the text; raises SceneError.
+        Returns the geometry of a file named in the text, with or without texture coordinates;
+        raises SceneError.
     name : str
         The scene's name if the text gives none.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
+    read_picture : callable, optional
+        Returns the pixels (h, w, 1 or 3) of a picture named in the text; raises SceneError.
+    read_text : callable, optional
+        Returns the text of a spectrum's file named in the text; raises SceneError.
     bands, accuracy
         Of the scene, see `radiosity.light.palette.kind_of`.
 
@@ -85,18 +88,24 @@ def read_toml(
     """
     raw, problems = _parsed(text, source), []
     top = checked(SceneTable, raw, (), problems)
-    parts = _parts(raw.get("geometry", []), read_geometry, merge, problems)
+    tables = raw.get("materials", {})
+    uv = any(map(_names_texture, tables.values() if isinstance(tables, dict) else ()))
+    parts = parts_of(raw.get("geometry", []), read_geometry, merge, uv, problems)
     materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
+    details = _details(materials, read_picture, problems) if uv else {}
     cameras = _tables(CameraTable, raw, "cameras", problems, _camera_problems)
     lights = read_lights(raw.get("lights", []), problems)
-    tables = ("materials", materials), ("lights", lights)
-    coloured = [_with_spectra(found, key, read_text, problems) for key, found in tables]
+    coloured = [
+        _with_spectra(found, key, read_text, problems)
+        for key, found in (("materials", materials), ("lights", lights))
+    ]
     truth = _truth(raw, problems)
     geometry = joined(parts) if parts and None not in parts else None
     if geometry is not None:
         useless = geometry_problem(geometry)
         problems += [f"geometry: {useless}"] if useless else []
         problems += _truth_name_problems(truth, materials, geometry)
+        problems += _uncovered(details, geometry)
     if problems:
         raise SceneError(source, problems)
     scene = Scene(
@@ -114,8 +123,14 @@ def read_toml(
         spectra=_spectra_of(materials, lights, geometry),
     )
     kind = kind_of(bands, bool(scene.spectra), accuracy)
-    has_spectra = any(_names_spectra(found) for _, found in tables)
-    return in_bands(kind, has_spectra, partial(_completed, scene, geometry, *coloured))
+    has_spectra = _names_spectra(materials) or _names_spectra(lights)
+    return in_bands(kind, has_spectra, partial(_completed, scene, geometry, *coloured, details))
+
+
+def _details(materials, read_picture, problems):
+    from radiosity.scene.textures import details_of  # others need none of it
+
+    return details_of(materials, read_picture, problems)
 
 
 def _spectra_of(materials, lights, geometry):
@@ -126,9 +141,7 @@ def _spectra_of(materials, lights, geometry):
 
 
 def _names_spectra(tables) -> bool:
-    return any(
-        file for table in tables.values() if table for file in values_of(table, SpectrumFile)
-    )
+    return any(f for table in tables.values() if table for f in values_of(table, SpectrumFile))
 
 
 def _with_spectra(tables, key, read_text, problems):
@@ -141,9 +154,10 @@ def _with_spectra(tables, key, read_text, problems):
     return {k: resolved(table, (key, k), read_text, problems) for k, table in found}
 
 
-def _completed(scene, geometry, tables, lights, palette):
+def _completed(scene, geometry, tables, lights, details, palette):
     """Return a scene with its materials and lights, and with a camera where it has none."""
     made, notes = make_materials(tables, geometry, scene.unit_m, palette)
+    made |= {name: found.of(made[name], palette) for name, found in details.items()}
     problems = [p for m in made.values() if (p := excess_of(m, palette.bands))]
     if problems:
         raise SceneError(scene.source, problems)
@@ -188,6 +202,12 @@ def _parsed(text, source):
         raise SceneError(source, [f"a number cannot be read: {error}"]) from None
 
 
+def _names_texture(table):
+    """Whether a table, or one inside of it, names a texture."""
+    inside = table.items() if isinstance(table, dict) else ()
+    return any(key == "texture" or _names_texture(value) for key, value in inside)
+
+
 def _tables(model, raw, key, problems, cross_check):
     """Return the tables ``[key.NAME]`` that are right; what is wrong becomes problems."""
     tables = raw.get(key, {})
@@ -199,14 +219,6 @@ def _tables(model, raw, key, problems, cross_check):
     return good
 
 
-def _value(table, key, check, default=None):
-    """Return what a check makes of a key, None where it finds something wrong."""
-    try:
-        return check(table[key]) if isinstance(table, dict) and key in table else default
-    except Wrong:
-        return None
-
-
 def _material_problems(table, path):
     """Return what is wrong between the keys of a material."""
     problems = []
@@ -215,19 +227,25 @@ def _material_problems(table, path):
             f"{dotted(path)} gives both diffuse and absorptance: give one, "
             "as absorptance = 1 - diffuse"
         )
-    kept = _value(table, "absorptance", ABSORPTANCE)
+    kept = value_of(table, "absorptance", ABSORPTANCE)
     rest = tuple(1 - np.array(kept)) if isinstance(kept, tuple) else None
-    diffuse = _value(table, "diffuse", REFLECTANCE, rest)
-    gloss = _value(table.get("specular"), "reflectance", REFLECTANCE)
-    if isinstance(diffuse, tuple) and isinstance(gloss, tuple):
-        total = np.add(diffuse, gloss)
-        if total.max() > 1 + ROUNDING:
-            band = "rgb"[int(np.argmax(total))]
-            problems.append(
-                f"{dotted(path)}: diffuse + specular.reflectance = {total.max():.6g} in band "
-                f"{band} must be at most 1: a surface cannot reflect more than it receives; "
-                "lower one of them"
-            )
+    diffuse = value_of(table, "diffuse", REFLECTANCE, rest)
+    gloss = value_of(table.get("specular"), "reflectance", REFLECTANCE)
+    through = value_of(table, "translucent", REFLECTANCE)
+    parts = {"diffuse": diffuse, "specular.reflectance": gloss, "translucent": through}
+    parts = {key: share for key, share in parts.items() if isinstance(share, tuple)}
+    total = np.sum(list(parts.values()), axis=0)
+    if len(parts) > 1 and total.max() > 1 + ROUNDING:
+        band = "rgb"[int(np.argmax(total))]
+        problems.append(
+            f"{dotted(path)}: {' + '.join(parts)} = {total.max():.6g} in band {band} must be at "
+            "most 1: a surface cannot reflect more than it receives; lower one of them"
+        )
+    if through is not None and through != (0.0, 0.0, 0.0) and table.get("two_sided") is False:
+        problems.append(
+            f"{dotted(path)} is translucent and not two_sided: a sheet that light goes through has "
+            "two sides alike; leave out two_sided"
+        )
     return problems + _emission_problems(table.get("emission"), (*path, "emission"))
 
 
@@ -243,8 +261,8 @@ def _emission_problems(table, path):
 
 def _camera_problems(table, path):
     """Return what is wrong between the keys of a camera."""
-    position, target = _value(table, "position", POINT), _value(table, "target", POINT)
-    up = _value(table, "up", POINT)
+    position, target = value_of(table, "position", POINT), value_of(table, "target", POINT)
+    up = value_of(table, "up", POINT)
     if position is None or target is None:
         return []
     if _nothing(np.subtract(target, position), np.add(np.abs(target), np.abs(position))):
@@ -268,99 +286,6 @@ def _parallel(a, b):
     return np.linalg.norm(np.cross(a, b)) <= 1e-6 * np.linalg.norm(a) * np.linalg.norm(b)
 
 
-def _parts(blocks, read_geometry, merge, problems):
-    """Return the geometry of every ``[[geometry]]`` block, None where something is wrong.
-
-    Values are taken key by key, so that a wrong one does not hide the mistakes of the others.
-    """
-    if isinstance(blocks, list) and not blocks:
-        problems.append(
-            'geometry is missing: a scene needs at least one [[geometry]] with file = "..." '
-            "or polygons = [...]"
-        )
-    parts = []
-    for k, raw in enumerate(blocks if isinstance(blocks, list) else []):
-        path, before = ("geometry", k), len(problems)
-        checked(GeometryTable, raw, path, problems)
-        raw = raw if isinstance(raw, dict) else {}
-        problems += _source_problems(raw, path)
-        matrix = _placement(raw, path, problems)
-        part = _part(raw, path, read_geometry, merge, problems)
-        parts.append(part.placed(matrix) if len(problems) == before else None)
-    return parts
-
-
-def _source_problems(raw, path):
-    """Return what is wrong between the keys of a geometry block."""
-    found = [key for key in ("file", "polygons") if key in raw]
-    if len(found) != 1:
-        gives = " and ".join(found) or "neither file nor polygons"
-        yield f'{dotted(path)} gives {gives}: give either file = "..." or polygons = [...]'
-    others = [key for key in ("translate", "rotate", "scale") if key in raw]
-    if "transform" in raw and others:
-        yield f"{dotted(path)} gives transform and {' and '.join(others)}: give one or the other"
-
-
-def _placement(raw, path, problems):
-    """Return the matrix (4, 4) of a block: scale, then rotate about x, y, z, then translate."""
-    key = "transform" if "transform" in raw else "scale"
-    matrix = np.array(_value(raw, "transform", MATRIX) or np.eye(4))
-    if not np.array_equal(matrix[3], [0, 0, 0, 1]):
-        text = "must be [0, 0, 0, 1]: the last row of a transform that keeps planes planar"
-        problems.append(at((*path, key, 3), matrix[3].tolist(), text))
-    if key == "scale":
-        matrix[:3, :3] = np.diag(_value(raw, "scale", SCALE) or (1.0, 1.0, 1.0))
-        for axis, degrees in enumerate(_value(raw, "rotate", POINT) or (0, 0, 0)):
-            matrix = _rotation(axis, degrees) @ matrix
-        matrix[:3, 3] = _value(raw, "translate", POINT) or (0, 0, 0)
-    stretch = np.linalg.svd(matrix[:3, :3], compute_uv=False)
-    if not stretch[2] > 1e-12 * stretch[0]:
-        problems.append(at((*path, key), raw[key], "must not flatten the geometry to a plane"))
-    return matrix
-
-
-def _rotation(axis, degrees):
-    """Return the matrix (4, 4) that turns counter-clockwise seen from the tip of an axis."""
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    matrix = np.eye(4)
-    matrix[i, i], matrix[i, j], matrix[j, i], matrix[j, j] = c, -s, s, c
-    return matrix
-
-
-def _part(raw, path, read_geometry, merge, problems):
-    """Return the geometry of a block as its file or its polygons give it."""
-    file, material = raw.get("file"), raw.get("material")
-    if isinstance(raw.get("polygons"), list):
-        return _inline(raw["polygons"], material or DEFAULT, path, merge, problems)
-    if not isinstance(file, str):
-        return None
-    try:
-        part = read_geometry(file)
-    except SceneError as error:
-        problems += [at((*path, "file"), file, p) for p in error.problems]
-        return None
-    return part.of_material(material) if material else part
-
-
-def _inline(polygons, name, path, merge, problems):
-    """Return inline polygons; one group a block, named after its material."""
-    pieces = []
-    for k, raw in enumerate(polygons):
-        polygon = _value({"polygon": raw}, "polygon", POLYGON)
-        if polygon is None:  # the schema has said why
-            continue
-        try:
-            pieces.append(triangulate(np.array(polygon).reshape(-1, 3)))
-        except ValueError as error:
-            problems.append(f"{dotted((*path, 'polygons', k))} {error}")
-    if not polygons:
-        problems.append(f"{dotted((*path, 'polygons'))} is empty: list at least one polygon")
-    if not pieces:
-        return None
-    return Geometry(Faces.from_polygons(np.concatenate(pieces), 0, 0, merge), (name,), (name,))
-
-
 def _truth(raw, problems):
     if not isinstance(raw.get("truth"), dict):
         return None
@@ -377,6 +302,14 @@ def _truth_name_problems(truth, materials, geometry):
         if name and name not in known:
             path = dotted(("truth", "radiosity", name))
             yield f"{path} is neither a material nor a group: {nearest(name, known)}"
+
+
+def _uncovered(details, geometry):
+    """Return which materials have textures that some of their faces cannot place."""
+    for name in details:
+        if name in geometry.material_names:
+            mine = geometry.faces.material == geometry.material_names.index(name)
+            yield from uncovered(f"materials.{name}", geometry.faces, mine)
 
 
 def _camera(name, table, up):

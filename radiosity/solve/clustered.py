@@ -15,12 +15,13 @@ import numpy as np
 from radiosity.mesh.clusters import make_clusters
 from radiosity.mesh.elements import make_elements
 from radiosity.scene.model import Scene
+from radiosity.solve.equations import System, sheets_of
 from radiosity.solve.level import suited
-from radiosity.solve.methods import System, solve_bands
+from radiosity.solve.methods import solve_bands
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
-from radiosity.solve.system import Terms, lights_of, make_terms
+from radiosity.solve.system import Terms, lights_of, make_terms, side_reflectance, translucent
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.closure import repaired
 from radiosity.transport.counting import count_rays, counted_factors
@@ -145,7 +146,7 @@ def solve_clusters(
     """Solve a mesh of many patches by so many clusters; see `solve_level` for what it raises."""
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     terms, lights = make_terms(scene, patches, reach.live), lights_of(scene, MOST_LIGHTS)
-    labels = make_clusters(patches, rows, _kinds(terms, rows), clusters)
+    labels = make_clusters(patches, rows, _kinds(scene, patches, rows), clusters)
     straight = _straight(reach, rows, replace(lights, lamps=()), recipe.seed, progress)
     lamplight = _lamplight(reach, rows, lights)
     n = labels.max(initial=-1) + 1
@@ -164,7 +165,7 @@ def solve_clusters(
 def coarser(level: Clustered, clusters: int) -> Clustered:
     """Return the same with fewer clusters and half of the rays that counted their factors."""
     patches, rows = level.reach.patches, level.rows
-    labels = make_clusters(patches, rows, _kinds(level.terms, rows), clusters)
+    labels = make_clusters(patches, rows, _kinds(level.scene, patches, rows), clusters)
     n = level.labels.max(initial=-1) + 1
     above = np.zeros(n, int)  # a cluster goes where its first patch goes
     above[level.labels[::-1]] = labels[::-1]
@@ -174,9 +175,12 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     return solved(*parts, above[level.labels], factors, level.straight, level.lamplight)
 
 
-def _kinds(terms, rows):
-    """Return (m,) int: numbers of patches' reflectances."""
-    return np.unique(terms.reflectance[rows], axis=0, return_inverse=True)[1].ravel()
+def _kinds(scene, patches, rows):
+    """Return (m,) int: what patches reflect and let through, of textures the means over all."""
+    side, material = np.where(patches.front, 0, 1), scene.faces.material[patches.face]
+    rho = side_reflectance(scene)[side[rows], material[rows]]
+    laws = np.hstack([rho, translucent(scene)[material[rows]]])
+    return np.unique(laws, axis=0, return_inverse=True)[1].ravel()
 
 
 def _straight(reach, rows, lights, seed, progress):
@@ -228,15 +232,21 @@ def solved(
     arrived = np.sum(area[:, None] * straight, axis=0)
     known = (arrived > 0) & (stays > 0)
     kept = straight * np.divide(stays, arrived, out=np.ones_like(arrived), where=known)
-    source = mean(own + rho * (kept + entering))
-    system = System(factors, mean(rho), mean(terms.absorptance[rows]), source)
+    sheets = sheets_of(terms, make_elements(patches, rows, 0), rows)
+
+    def scattered(e):
+        return rho * e if sheets is None else rho * e + sheets.passed(e)
+
+    source = mean(own + scattered(kept + entering))
+    grouped = sheets and sheets.grouped(labels, area, n)
+    system = System(factors, mean(rho), mean(terms.absorptance[rows]), source, grouped)
     solver = suited(recipe.solver, system, np.ones(n, bool))
 
     def level(b, history):
         e = straight + entering + (factors @ b)[labels]
         return Clustered(
             scene, reach, terms, recipe, labels, factors, lights, straight, lamplight,
-            emission + rho * e, e, outside, history, solver,
+            emission + scattered(e), e, outside, history, solver,
         )  # fmt: skip
 
     seen = None if watch is None else lambda b: watch(level(b, []))

@@ -12,7 +12,8 @@ from radiosity.mesh.elements import make_elements
 from radiosity.mesh.interpolation import find_neighbours, gradients
 from radiosity.scene.model import Scene, SceneError
 from radiosity.solve.assembly import fitted, raw_factors
-from radiosity.solve.methods import System, solve_bands
+from radiosity.solve.equations import Sheets, System, sheets_of
+from radiosity.solve.methods import solve_bands
 from radiosity.solve.plan import Recipe, check_memory
 from radiosity.solve.reach import Reach
 from radiosity.solve.surroundings import surroundings_of
@@ -27,6 +28,7 @@ from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
 
 LOST = 1e-9  # share of a row's light that leaves it: more than rounding
+THROUGH = "gmres", "jacobi", "direct"  # solvers that know translucent sheets
 STIFF = 0.02  # margin below which an iteration would crawl: solve directly
 
 
@@ -50,6 +52,8 @@ class Level:
         Coefficients of the factor to the outside.
     lamplight : (width m, bands) float64
         Coefficients of the irradiance that abstract light sources cause, W/m2.
+    sheets : Sheets or None
+        What goes through translucent ones.
     history : list of float
         The solver's error bound after each iteration.
     solver : str
@@ -66,6 +70,7 @@ class Level:
     arriving: np.ndarray
     outside: np.ndarray
     lamplight: np.ndarray
+    sheets: Sheets | None
     history: list
     solver: str
 
@@ -92,11 +97,16 @@ class Level:
         """Return the coefficients (width m, bands) of irradiance that no patch sends."""
         return _entering(self.scene, self.outside) + self.lamplight
 
-    def reflected(self, coefficients: np.ndarray) -> np.ndarray:
-        """Return the coefficients of what is reflected, once, of light that live patches send."""
+    def arrived(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return the coefficients of the irradiance that radiosities of the live patches cause."""
         if self.senders.elements.order == 1:
-            return self._reflectance * (self.factors @ coefficients)
-        return self._reflectance * (self.factors @ self.on_patches(coefficients))[self.rows]
+            return self.factors @ coefficients
+        return (self.factors @ self.on_patches(coefficients))[self.rows]
+
+    def scattered(self, e: np.ndarray) -> np.ndarray:
+        """Return the coefficients of what irradiances make patches send, once."""
+        sent = self._reflectance * e
+        return sent if self.sheets is None else sent + self.sheets.passed(e)
 
     @property
     def _reflectance(self):
@@ -108,7 +118,7 @@ class Level:
         lights = lights_of(self.scene)
         value = self.coefficients - self._reflectance * self.lamplight
         if len(lights.polygons):
-            value = value - self.emitted - self.reflected(self.emitted)
+            value = value - self.emitted - self._reflectance * self.arrived(self.emitted)
         return surroundings_of(
             self.scene, self.reach, lights, self.on_patches(value), self._slopes(value),
             self.recipe.seed, True,
@@ -218,13 +228,15 @@ def solve_level(
         outside, own = factors.environment, np.arange(len(patches))
     lamplight = _lamplight(scene, reach, elements, len(own), constant)
     entering = _entering(scene, outside) + lamplight
-    system = _system(terms, factors, entering, own, elements.width)
+    sheets = sheets_of(terms, elements, rows)
+    spread = sheets if sheets is None or recipe.order == 1 else sheets.spread(rows, len(own))
+    system = _system(terms, factors, entering, own, elements.width, spread)
     solver = suited(recipe.solver, system, reach.live[own])
 
     def level(b, history):
         parts = b, factors @ b + entering, outside, lamplight
         parts = parts if recipe.order == 1 else (x[rows] for x in parts)
-        return Level(scene, reach, terms, recipe, senders, factors, *parts, history, solver)
+        return Level(scene, reach, terms, recipe, senders, factors, *parts, sheets, history, solver)
 
     seen = None if watch is None else lambda b: watch(level(b.copy(), []))
     return level(*solve_bands(solver, system, recipe.tolerance, recipe.force, seen))
@@ -246,30 +258,40 @@ def _lamplight(scene, reach, elements, own, constant):
     return found
 
 
-def _system(terms, factors, entering, own, width) -> System:
+def _system(terms, factors, entering, own, width, sheets) -> System:
     """Return the equations of the coefficients of patches ``own``."""
     rho = np.tile(terms.reflectance[own], (width, 1))
     source = rho * entering
+    if sheets is not None:
+        source += sheets.passed(entering)
     source[: len(own)] += terms.emission[own]
-    return System(factors, rho, np.tile(terms.absorptance[own], (width, 1)), source)
+    return System(factors, rho, np.tile(terms.absorptance[own], (width, 1)), source, sheets)
 
 
 def suited(solver, system, live):
-    """Refuse rooms that nothing absorbs in; solve directly where bounces hardly fade."""
+    """Refuse rooms that nothing absorbs in; solve directly where bounces hardly fade.
+
+    Where sheets let light through, one that knows them takes the place of one that does not.
+    """
     if np.any(system.absorptance <= 0.0) and np.any(_never_fades(system, live)):
         raise SceneError(
             "materials",
             ["every lit surface has reflectance 1 in a closed scene, or in a closed part of it, "
              "so light never fades: let something absorb (diffuse below 1)"],
         )  # fmt: skip
-    return "direct" if system.margin < STIFF else solver
+    if system.margin < STIFF:
+        return "direct"
+    return "gmres" if system.sheets is not None and solver not in THROUGH else solver
 
 
 def _never_fades(system, live) -> np.ndarray:
     """Return (parts, bands) bool: closed parts of the scene where nothing lit absorbs."""
     n = len(live)
     matrix, loss = system.factors.rows()[0][:n, :n], system.factors.loss[:n]
-    parts, part = connected_components(csr_matrix(matrix > 0), directed=False)
+    linked = csr_matrix(matrix > 0)
+    if system.sheets is not None:
+        linked = linked + abs(system.sheets.across[:n, :n])
+    parts, part = connected_components(linked, directed=False)
     fades = np.zeros((parts, system.reflectance.shape[1]), bool)
     absorbs = system.absorptance[:n] > 0.0
     np.logical_or.at(fades, part, absorbs | (loss > LOST)[:, None])

@@ -8,12 +8,12 @@ with every iterate of those that make useful pictures early.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numba import njit
 
-from radiosity.transport.linear import LinearFactors
+from radiosity.solve.equations import System
 from radiosity.transport.operator import FormFactors
 
 LIMIT, RESTART = 1000, 50
@@ -52,52 +52,6 @@ class Unbalanced(NotConverged):
         RuntimeError.__init__(
             self, f"{defect:.3g} of the light emitted is neither absorbed nor leaves: {way_out}"
         )
-
-
-@dataclass(frozen=True)
-class System:
-    """B = M_e + rho F B for m coefficients, in bands.
-
-    Attributes
-    ----------
-    factors : FormFactors or LinearFactors
-    reflectance : (m, bands) float64
-        rho of the patch that a coefficient belongs to.
-    absorptance : (m, bands) float64
-        1 - rho, given by itself so that it keeps its digits near rho = 1.
-    source : (m, bands) float64
-        M_e, and what is reflected of the light that enters from outside.
-    """
-
-    factors: FormFactors | LinearFactors
-    reflectance: np.ndarray
-    absorptance: np.ndarray
-    source: np.ndarray
-
-    @property
-    def margin(self) -> float:
-        """Return min_i (1 - rho_i sum_j F_ij): what an error loses at least at each bounce."""
-        loss = self.factors.loss[:, None]
-        return float((self.absorptance + self.reflectance * loss).min(initial=1.0))
-
-    def residual(self, b: np.ndarray) -> np.ndarray:
-        """Return M_e + rho F B - B."""
-        return self.source + self.reflectance * (self.factors @ b) - b
-
-    def bound(
-        self, b: np.ndarray, residual: np.ndarray | None = None, gain: np.ndarray | None = None
-    ) -> float:
-        """Return the bound of the largest error in B of any band, relative to its largest B.
-
-        ``gain`` (bands,) is by how much errors may exceed residuals, at most 1 / `margin`.
-        """
-        residual = self.residual(b) if residual is None else residual
-        worst, largest = (np.abs(x).max(axis=0, initial=0.0) for x in (residual, b))
-        if not np.any(worst):
-            return 0.0
-        if gain is None:
-            gain = 1.0 / self.margin if self.margin > 0.0 else np.inf
-        return float(np.max(gain * worst / np.where(largest > 0.0, largest, 1.0)))
 
 
 def jacobi(system: System, tolerance: float, watch: Watch | None = None):
@@ -221,8 +175,10 @@ def gmres(system: System, tolerance: float, watch: Watch | None = None):
     b, history = source.copy(), []
     n, left = len(b), max(system.margin, 1e-12)
     for k in np.flatnonzero(source.any(axis=0)):
-        rho = system.reflectance[:, k]
-        matrix = LinearOperator((n, n), lambda x, r=rho: x - r * (factors @ x))
+        band = system.of_bands(slice(k, k + 1))
+        matrix = LinearOperator(
+            (n, n), lambda x, s=band: x - s.scattered(factors @ x.reshape(n, 1))[:, 0]
+        )
         scale = np.linalg.norm(source[:, k]) / (left * np.abs(source[:, k]).max())
         b[:, k], stopped = scipy_gmres(
             matrix, source[:, k], x0=source[:, k], rtol=tolerance / scale, restart=RESTART,
@@ -268,9 +224,8 @@ def cg(system: System, tolerance: float, watch: Watch | None = None):
 
 def _bound_of(system, b, k):
     """Return the bound of the error in one band."""
-    rho, source = system.reflectance[:, k], system.source[:, k]
-    residual = source + rho * (system.factors @ b[:, k]) - b[:, k]
-    return system.bound(b[:, k], residual)
+    band = b[:, k : k + 1]
+    return system.bound(band, system.of_bands(slice(k, k + 1)).residual(band))
 
 
 def direct(system: System, tolerance: float, watch: Watch | None = None):
@@ -282,14 +237,14 @@ def direct(system: System, tolerance: float, watch: Watch | None = None):
     I - rho F has no negative term.
     """
     b, gain = np.empty_like(system.source), np.empty(system.source.shape[1])
-    both = np.concatenate([system.reflectance, system.absorptance])
-    distinct, which = np.unique(both, axis=1, return_inverse=True)
-    careful = isinstance(system.factors, FormFactors) and system.margin < NEAR
+    which = np.unique(system.laws, axis=1, return_inverse=True)[1].ravel()
+    reciprocal = isinstance(system.factors, FormFactors) and system.sheets is None
+    careful = reciprocal and system.margin < NEAR
     eliminate = _without_subtraction if careful else _by_lapack
-    for k in range(distinct.shape[1]):
-        bands = np.flatnonzero(which.ravel() == k)
+    for k in range(which.max() + 1):
+        bands = np.flatnonzero(which == k)
         source = np.column_stack([system.source[:, bands], np.ones(len(b))])
-        found = eliminate(system, *np.split(distinct[:, k], 2), source)
+        found = eliminate(system.of_bands(bands[:1]), source)
         b[:, bands], gain[bands] = found[:, :-1], np.abs(found[:, -1]).max(initial=0.0)
     history = [tolerance if careful else system.bound(b, gain=gain)]
     if not np.all(np.isfinite(b)):
@@ -297,16 +252,20 @@ def direct(system: System, tolerance: float, watch: Watch | None = None):
     return b, history
 
 
-def _by_lapack(system, rho, _, source):
+def _by_lapack(system, source):
+    """Solve the equations of one band for the columns of ``source``."""
     from scipy.linalg import lu_factor, lu_solve
 
     matrix, area = system.factors.rows()
-    scale = np.where(area > 0, area, 1.0)
-    return lu_solve(lu_factor(np.eye(len(rho)) - (rho / scale)[:, None] * matrix), source)
+    scale = np.where(area > 0, area, 1.0)[:, None]
+    sent = system.reflectance / scale * matrix
+    if system.sheets is not None:
+        sent += system.sheets.passed(matrix / scale)
+    return lu_solve(lu_factor(np.eye(len(source)) - sent), source)
 
 
-def _without_subtraction(system, rho, absorptance, source):
-    factors = system.factors
+def _without_subtraction(system, source):
+    factors, rho, absorptance = system.factors, system.reflectance[:, 0], system.absorptance[:, 0]
     matrix = rho[:, None] * factors.toarray()
     return _eliminate(matrix, absorptance + rho * factors.openness.share, source.copy())
 
@@ -365,8 +324,8 @@ def solve_bands(
     first = np.unique(which, return_index=True)[1]
     if force or len(first) == len(which):
         return SOLVERS[solver](system, tolerance, watch)
-    rho, absorptance = system.reflectance[:, first], system.absorptance[:, first]
-    part = System(system.factors, rho, absorptance, system.source[:, first] / scale[first])
+    part = system.of_bands(first)
+    part = replace(part, source=part.source / scale[first])
     seen = None if watch is None else lambda b: watch(b[:, which] * scale)
     b, history = SOLVERS[solver](part, tolerance, seen)
     return b[:, which] * scale, history
@@ -380,5 +339,5 @@ def proportional_bands(system: System) -> tuple[np.ndarray, np.ndarray]:
     scale = system.source.max(axis=0, initial=0.0)
     scale = np.where(scale > 0.0, scale, 1.0)
     shape = np.round(system.source / scale, ALIKE)
-    both = np.concatenate([system.reflectance, system.absorptance, shape])
+    both = np.concatenate([system.laws, shape])
     return scale, np.unique(both, axis=1, return_inverse=True)[1].ravel()

@@ -183,7 +183,7 @@ def plan_of_clusters(
 
 def _rule(scene, accuracy) -> float:
     """Return the tolerance of far factors: exact sums where reflections hardly fade."""
-    left = min((float(m.absorptance.min()) for m in scene.materials), default=1.0)
+    left = min((float(m.least_absorptance.min()) for m in scene.materials), default=1.0)
     rule = RULE * accuracy * min(1.0, left / FADES)
     return rule if rule > FINEST_RULE else 0.0
 

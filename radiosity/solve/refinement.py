@@ -114,16 +114,20 @@ def _importance(level, weights):
 
     To SETTLED, or, where bounces hardly fade, their first SWEEPS: they only choose cells.
     """
-    rho = np.tile(level.terms.reflectance[level.rows], (3, 1))
+    rho, sheets = np.tile(level.terms.reflectance[level.rows], (3, 1)), level.sheets
+    laws = rho if sheets is None else np.concatenate([rho, sheets.transmittance])
     matrix, found = level.factors.matrix, np.empty((*weights.shape, rho.shape[1]))
     for band in range(rho.shape[1]):
-        same = [k for k in range(band) if np.array_equal(rho[:, k], rho[:, band])]
+        same = [k for k in range(band) if np.array_equal(laws[:, k], laws[:, band])]
         if same:
             found[..., band] = found[..., same[0]]
             continue
         p = weights
         for _ in range(SWEEPS):
-            before, p = p, weights + (p * rho[:, band]) @ matrix
+            sent = p * rho[:, band]
+            if sheets is not None:
+                sent += sheets.asked(p, band)
+            before, p = p, weights + sent @ matrix
             if np.abs(p - before).max() <= SETTLED * np.abs(p).max():
                 break
         found[..., band] = p
@@ -133,7 +137,7 @@ def _importance(level, weights):
 def _residual(level, coarse):
     """Return the coefficients (width m, bands) of a coarse solution's residual on a fine mesh."""
     apart = level.coefficients - _put_on(level, coarse)
-    return apart - level.reflected(apart)
+    return apart - level.scattered(level.arrived(apart))
 
 
 def _put_on(level, coarse):

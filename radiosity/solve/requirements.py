@@ -15,11 +15,11 @@ from radiosity.scene.model import Scene
 from radiosity.solve.adapt import AIM, MORE_RAYS, ROUNDS, STEPS, Rounds
 from radiosity.solve.clustered import coarser, solve_clusters
 from radiosity.solve.estimate import COARSER, Check, compare
-from radiosity.solve.level import STIFF, solve_level
+from radiosity.solve.level import STIFF, THROUGH, solve_level
 from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import WORTH
-from radiosity.solve.system import lights_of
+from radiosity.solve.system import lights_of, translucent
 
 TRIED = 0.1  # share of the work foreseen that rounds are tried for, at least one
 # Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
@@ -193,7 +193,8 @@ def _clocked(work, *what):
 def _requirements(scene, plan, reach, is_open) -> tuple[Requirement, ...]:
     """Return the decisions, in the order of the light's way."""
     light = _bands, _visibility, _backs, _environment, _highlights, _lights, _lamps
-    return tuple(make(scene, plan, reach, is_open) for make in (*light, _elements, _solver))
+    others = _elements, _solver, _detail
+    return tuple(make(scene, plan, reach, is_open) for make in (*light, *others))
 
 
 def _bands(scene, plan, reach, is_open):
@@ -202,6 +203,7 @@ def _bands(scene, plan, reach, is_open):
     lamps = [lamp.strength for lamp in scene.lights]
     emitted = np.array([m.emission for m in used] + [scene.ambient, *lamps])
     grey = np.all(rho == rho[:, :1]) and np.linalg.matrix_rank(emitted) <= 1
+    grey = grey and all(m.texture is None or m.texture.grey for m in used)
     count, wavelengths = scene.bands.count, scene.bands.wavelengths is not None
     model = f"{count} wavelengths" if wavelengths else str(count)
     if plan.recipe.force:
@@ -290,7 +292,25 @@ def _elements(scene, plan, reach, is_open):
 
 
 def _solver(scene, plan, reach, is_open):
-    left = min(float(m.absorptance.min()) for m in scene.materials)
+    left = min(float(m.least_absorptance.min()) for m in scene.materials)
     if left < STIFF and not is_open:
         return Requirement("solver", "direct", "reflectances near 1: bounces hardly fade")
+    if translucent(scene)[scene.faces.material].any() and plan.recipe.solver not in THROUGH:
+        return Requirement("solver", "gmres", "light goes through translucent sheets")
     return Requirement("solver", plan.recipe.solver, "the matrix is dense")
+
+
+def _detail(scene, plan, reach, is_open):
+    used = [scene.materials[k] for k in np.unique(scene.faces.material)]
+    textured = [m.name for m in used if m.texture is not None]
+    bumped = [m.name for m in used if m.bump is not None]
+    found = {}
+    if textured:
+        found["textures"] = f"{', '.join(textured)}: means on patches, everything in pictures"
+    if bumped:
+        found["bumps"] = f"{', '.join(bumped)}: in pictures"
+    if scene.faces.corner_normals is not None:
+        found["smooth normals"] = "faces stand for a curved surface: in pictures"
+    if found:
+        return Requirement("detail", ", ".join(found), "; ".join(found.values()))
+    return Requirement("detail", "nothing", "no texture, bumps or normals at corners")

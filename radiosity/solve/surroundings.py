@@ -4,8 +4,8 @@ import numpy as np
 
 from radiosity.scene.model import Scene
 from radiosity.solve.reach import Reach
-from radiosity.solve.system import side_reflectance
-from radiosity.transport.irradiance import Field, Lights, Surroundings
+from radiosity.solve.system import side_reflectance, textured_sides
+from radiosity.transport.irradiance import FINER, Field, Lights, Surroundings
 from radiosity.transport.shine import shine
 
 
@@ -29,7 +29,15 @@ def surroundings_of(
         arriving, face = shine(
             scene.faces, patches, reach.live, reach.visibility, reach.table, lights, seed
         )
-        direct = side_reflectance(scene)[:, scene.faces.material[face]] * arriving
+        direct = side_reflectance(scene)[:, scene.faces.material[face]]
+        textured = textured_sides(scene)[:, scene.faces.material[face]]
+        if textured.any():
+            from radiosity.solve.texturing import textured_reflectance
+
+            cells = patches.grid.division.divided(FINER).cells(scene.faces)
+            for side, mine in zip(direct, textured, strict=True):
+                side[mine] = textured_reflectance(scene, reach.table, face[mine], cells[mine])
+        direct = direct * arriving
     row = np.full((patches.fronts, 2), -1)
     row[:, 0] = np.where(reach.live[: patches.fronts], np.arange(patches.fronts), -1)
     row[:, 1] = patches.back_of

@@ -8,17 +8,24 @@ from radiosity.light.reflection import phong_albedo
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Material, Scene
 from radiosity.transport.irradiance import Lights
+from radiosity.transport.lookup import make_table
 
 MOST_LIGHTS = 32  # more emitting faces than this are not sampled one by one
 
 
 @dataclass(frozen=True)
 class Terms:
-    """Per patch: reflectance rho, 1 - rho and emission M_e, (n, bands); dead patches are black."""
+    """Per patch: reflectance, what is absorbed and emission M_e, (n, bands); dead ones are black.
+
+    ``transmittance`` (n, bands) goes through to the patch ``twin`` (n,) on the other side; both are
+    None where nothing is translucent.
+    """
 
     reflectance: np.ndarray
     absorptance: np.ndarray
     emission: np.ndarray
+    transmittance: np.ndarray | None = None
+    twin: np.ndarray | None = None
 
 
 def reflectance_of(material: Material) -> np.ndarray:
@@ -46,10 +53,42 @@ def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:
     side = np.where(patches.front, 0, 1)
     rho = side_reflectance(scene)[side, material]
     absorptance = np.where(rho > 0.0, _absorptance(scene)[material], 1.0)
+    textured = textured_sides(scene)[side, material]
+    if textured.any():
+        from radiosity.solve.texturing import textured_reflectance
+
+        table, where = make_table(scene.faces, patches), patches.face[textured]
+        rho[textured] = textured_reflectance(scene, table, where, patches.vertices[textured])
+        absorptance[textured] = 1.0 - rho[textured]
     emission = np.pi * np.array([m.emission for m in scene.materials])[material]
     rho[~live], absorptance[~live] = 0.0, 1.0
     emission[~live | ~patches.front] = 0.0
-    return Terms(rho, absorptance, emission)
+    through = _through(scene, patches, live)
+    if through is None:
+        return Terms(rho, absorptance, emission)
+    return Terms(rho, absorptance - through[0], emission, *through)
+
+
+def _through(scene, patches, live):
+    """Return (n, bands) what goes through patches, and (n,) to which; None where nothing does."""
+    tau = translucent(scene)
+    if not tau[scene.faces.material].any():
+        return None
+    twin = np.append(patches.back_of, patches.front_of[patches.fronts :])
+    passes = live & (twin >= 0) & live[twin]
+    return np.where(passes[:, None], tau[scene.faces.material[patches.face]], 0.0), twin
+
+
+def translucent(scene: Scene) -> np.ndarray:
+    """Return (materials, bands): the share of light that goes through."""
+    none = np.zeros(scene.bands.count)
+    return np.array([none if m.translucent is None else m.translucent for m in scene.materials])
+
+
+def textured_sides(scene: Scene) -> np.ndarray:
+    """Return (2, materials) bool: whose fronts, and whose backs, reflect as a texture tells."""
+    front = np.array([m.texture is not None for m in scene.materials], bool)
+    return np.stack([front, front & np.array([m.two_sided for m in scene.materials], bool)])
 
 
 def _absorptance(scene: Scene) -> np.ndarray:

@@ -73,6 +73,15 @@ def _coordinates(table, face, x):
     return s, t
 
 
+@njit(cache=True, nogil=True)
+def coordinates_at(table, face, points):
+    """Return the s and t (k, 2) of points (k, 3) on faces (k,)."""
+    found = np.empty((len(face), 2))
+    for k in range(len(face)):
+        found[k] = _coordinates(table, face[k], points[k])
+    return found
+
+
 @njit(cache=True, nogil=True, inline="always")
 def _in_square(s, t, columns, rows):
     """Return which cell of a square's grid holds (s, t), and its own s and t there."""

@@ -31,6 +31,7 @@ def survey(
     sources: np.ndarray,
     lights: Lights | None = None,
     seed: int = 0,
+    through: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return (fronts, 2) bool: sides that light reaches from ``sources``, after any reflections.
 
@@ -42,29 +43,37 @@ def survey(
         Sides that emit; where light enters from outside, every side that sees the outside.
     lights : Lights, optional
         Aimed at one by one, since they may be too small or too far for any ray to meet.
+    through : (fronts,) bool, optional
+        Patches that light goes through.
     """
     lit = sources.copy()
     if lights is not None and lights.lamps:
         lit |= _lit_by_lamps(visibility, patches, lights)
-    lit[patches.behind >= 0] = False
+    exposed = patches.behind < 0
+    lit &= exposed
+    through = np.zeros(patches.fronts, bool) if through is None else through & exposed.all(axis=1)
+    lit |= lit[:, ::-1] & through[:, None]
     if not visibility.can_block and len(lit) <= MOST_FREE:
-        _spread_freely(*_both_sides(visibility, patches), patches.behind < 0, lit)
+        _spread_freely(*_both_sides(visibility, patches), exposed, through, lit)
         return lit
     views = partial(_look, visibility, table, patches, seed=seed)
     inside = partial(_well_inside, visibility, patches)
     if lights is not None:
-        lit |= _lit_directly(visibility, patches, lights, seed) & (patches.behind < 0)
+        lit |= _lit_directly(visibility, patches, lights, seed) & exposed
     new = np.flatnonzero(lit)
     while len(new):
-        _spread(views, inside, new, lit.reshape(-1))
+        _spread(views, inside, new, lit.reshape(-1), through)
         new = _small_ones(views, patches, lit)
     return lit
 
 
-def _spread(views, inside, new, lit):
+def _spread(views, inside, new, lit, through):
     """Follow light from new sides to all that it meets; mark them in ``lit`` (2 * fronts,)."""
     lit[new] = True
     while len(new):
+        across = new[through[new // 2]] ^ 1
+        new = np.append(new, across[~lit[across]])
+        lit[across] = True
         sides, hits = views(new)
         dark = (sides != MISS) & ~lit[sides]
         met, places = sides[dark], hits[dark]
@@ -80,7 +89,7 @@ def _both_sides(visibility, patches):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _spread_freely(vertices, normals, exposed, lit):
+def _spread_freely(vertices, normals, exposed, through, lit):
     """Light all sides that face a lit one, where nothing can come between."""
     n = len(lit)
     waiting = [(i, s) for i in range(n) for s in range(2) if lit[i, s]]
@@ -97,6 +106,9 @@ def _spread_freely(vertices, normals, exposed, lit):
                 if heights(p, q[0], normals[t, j])[1] > FLAT:
                     lit[j, t] = True
                     waiting.append((j, t))
+                    if through[j] and not lit[j, 1 - t]:
+                        lit[j, 1 - t] = True
+                        waiting.append((j, 1 - t))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -19,13 +19,16 @@ class Film:
     point: np.ndarray  # (pixels, 3)
     nearness: np.ndarray  # (pixels,)
     face: np.ndarray  # (pixels,) face and side all sight lines met, MIXED where several
+    diffuse: np.ndarray | None = None  # (pixels, bands) reflectance, of scenes with textures
 
     @classmethod
-    def blank(cls, width: int, height: int, bands: int) -> "Film":
+    def blank(cls, width: int, height: int, bands: int, textured: bool = False) -> "Film":
         """Return a film that no light has met."""
         n = width * height
         light = [np.zeros((n, bands)) for _ in range(2)]
-        return cls(width, height, *light, np.zeros((n, 3)), np.zeros(n), np.full(n, MIXED))
+        diffuse = np.zeros((n, bands)) if textured else None
+        face = np.full(n, MIXED)
+        return cls(width, height, *light, np.zeros((n, 3)), np.zeros(n), face, diffuse)
 
     def add(self, pixels, index, plane, points, leaving, indirect, nearness) -> None:
         """Add what one pass found at some pixels."""
@@ -45,6 +48,9 @@ class Film:
             noisy, self.point.reshape(*shape, 3) / passes,
             self.nearness.reshape(shape) / passes, face, shading.plane_axes,
         )  # fmt: skip
-        change = shading.plane_diffuse[face] * (smooth - noisy) / np.pi
+        diffuse = shading.plane_diffuse[face]
+        if self.diffuse is not None:
+            diffuse = self.diffuse.reshape(*shape, -1) / passes
+        change = diffuse * (smooth - noisy) / np.pi
         change[face == MIXED] = 0.0
         return self.total.reshape(*shape, -1) / passes + change

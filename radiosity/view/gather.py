@@ -113,9 +113,9 @@ def _picture(film, done, shading, solution, exposure) -> Image:
 def _exposures(solution, shading, camera, size, count, stop=lambda: False) -> Iterator[Film]:
     """Yield one film, exposed by one more pass each time, until all are done or ``stop()``."""
     camera = find_camera(solution.scene, camera)
-    bands = solution.scene.bands
+    bands, detail = solution.scene.bands, shading.detail
     width, height = picture_size(camera, size, bands)
-    film = Film.blank(width, height, bands.count)
+    film = Film.blank(width, height, bands.count, detail is not None and detail.textured)
     for index in range(count):
 
         def expose(a, b, index=index):
@@ -186,6 +186,9 @@ def _add(solution, shading, camera, index, a, b, film):
         solution, shading, rows[k], points[k], -directions[k], a + k, index
     )
     film.add(a + k, index, shading.plane[rows[k]], points[k], leaving, arriving, nearness)
+    if film.diffuse is not None:
+        face, diffuse = solution.patches.face[rows[k]], shading.diffuse[rows[k]]
+        film.diffuse[a + k] += shading.detail.diffuse(face, points[k], diffuse)
 
 
 def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
@@ -221,7 +224,8 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
 def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, index: int):
     """Return what leaves points of patches towards the viewer.
 
-    L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point.
+    L = emission + diffuse E/pi + the lobe's reflection, with E gathered at the point; of a
+    translucent sheet + tau E/pi, with E on its other side.
 
     Returns
     -------
@@ -233,14 +237,22 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
         Mean of 1/distance to the surroundings.
     """
     around, seed = solution.surroundings, solution.seed
-    normals = solution.patches.normal[rows]
+    normals, diffuse = solution.patches.normal[rows], shading.diffuse[rows]
+    if shading.detail is not None:
+        flat, face = normals, solution.patches.face[rows]
+        diffuse = shading.detail.diffuse(face, points, diffuse)
+        normals = shading.detail.normals(face, points, flat)
+        # Rays are lifted along the normals they are given, and have to start over the faces.
+        points = points + LIFT / around.visibility.scale * (flat - normals)
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
-    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
-    arriving = indirect + direct_irradiance(
-        around.visibility, around.lights, points, normals, keys, aims, seed
-    )
-    leaving = shading.emission[rows] + lambert(shading.diffuse[rows]) * arriving
+    arriving, indirect, nearness = _arriving(around, points, normals, keys, looks, aims, seed)
+    leaving = shading.emission[rows] + lambert(diffuse) * arriving
+    if shading.through is not None:
+        through = shading.through[rows]
+        k = np.flatnonzero(through.any(axis=1))
+        behind = _arriving(around, points[k], -normals[k], keys[k], looks, aims, seed)[0]
+        leaving[k] += lambert(through[k]) * behind
     for which, lobe in enumerate(shading.lobes):
         k = np.flatnonzero(shading.lobe[rows] == which)
         if lobe is not None and len(k):
@@ -248,3 +260,10 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
                 around, lobe, points[k], normals[k], to_view[k], keys[k], aims, seed
             )
     return leaving, indirect, nearness
+
+
+def _arriving(around, points, normals, keys, looks, aims, seed):
+    """Return the irradiance (k, bands), what of it is indirect, and the nearness (k,)."""
+    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
+    direct = direct_irradiance(around.visibility, around.lights, points, normals, keys, aims, seed)
+    return indirect + direct, indirect, nearness

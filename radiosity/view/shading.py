@@ -1,11 +1,16 @@
 """What the gather needs to know of every patch: how it shines and reflects, and its plane."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radiosity.solve.solution import Solution
 from radiosity.view.image import exposure_for
+from radiosity.view.smoothing import MIXED
+
+if TYPE_CHECKING:
+    from radiosity.view.detail import Detail
 
 
 @dataclass(frozen=True)
@@ -16,9 +21,11 @@ class Shading:
     diffuse: np.ndarray  # (n, bands)
     lobe: np.ndarray  # (n,) index into lobes, -1 for none
     lobes: tuple
-    plane: np.ndarray  # (n,) 2 * face, + 1 for its back; one face stands for all in its plane
+    plane: np.ndarray  # (n,) 2 * face, + 1 for its back, one face for all in its plane; or MIXED
     plane_diffuse: np.ndarray  # (2 * faces, bands)
     plane_axes: np.ndarray  # (2 * faces, 2, 3)
+    detail: "Detail | None" = None  # what varies inside of patches
+    through: np.ndarray | None = None  # (n, bands) what comes through, None where nothing does
 
 
 def make_shading(solution: Solution) -> Shading:
@@ -33,10 +40,25 @@ def make_shading(solution: Solution) -> Shading:
     plane = 2 * _surfaces(scene.faces)[patches.face] + ~patches.front
     plane_diffuse = np.zeros((2 * len(scene.faces), diffuse.shape[1]))
     plane_diffuse[plane] = diffuse
+    detail = None
+    if _is_detailed(scene):
+        from radiosity.view.detail import Detail
+
+        detail = Detail(scene, solution.surroundings.table)
+        bumped = np.array([m.bump is not None for m in scene.materials])[material]
+        plane = np.where(bumped, MIXED, plane)  # there irradiance varies with the bumps
     return Shading(
         solution.emission / np.pi, diffuse, np.where(reflects, lobe, -1), lobes,
-        plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0),
+        plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0), detail,
+        solution.level.terms.transmittance,
     )  # fmt: skip
+
+
+def _is_detailed(scene):
+    """Whether a face has a texture, bumps or normals at its corners."""
+    used = [scene.materials[k] for k in np.unique(scene.faces.material)]
+    some = any(m.texture is not None or m.bump is not None for m in used)
+    return some or scene.faces.corner_normals is not None
 
 
 def _surfaces(faces):

@@ -1,0 +1,182 @@
+"""Textures from files: pictures laid over the faces of a material."""
+
+import io
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from radiosity.light.bump import Bump
+from radiosity.light.palette import Palette
+from radiosity.light.texture import Mixed, Texture, srgb_to_linear
+from radiosity.scene.checks import TextureKey
+from radiosity.scene.model import Material, SceneError
+from radiosity.scene.schema import RECEIVES, ROUNDING, MaterialTable, at, dotted
+
+LARGEST = 1 << 24  # pixels
+CODED = ".png", ".jpg", ".jpeg"  # whole numbers, of which sRGB is the usual meaning
+SUFFIXES = (*CODED, ".exr", ".npy")
+
+
+@dataclass(frozen=True)
+class Details:
+    """What the textures of a material tell: its reflectance, its relief."""
+
+    texture: Texture | None = None
+    bump: Bump | None = None
+
+    def of(self, material: Material, palette: Palette) -> Material:
+        """Return a material with these details; of a texture ``diffuse`` is the mean.
+
+        Its three bands are mixed to those of the palette.
+        """
+        found = replace(material, bump=self.bump)
+        if self.texture is None:
+            return found
+        shares = palette.shares
+        texture = self.texture if shares is None else Mixed(self.texture, shares)
+        mean = texture.mean
+        return replace(found, texture=texture, diffuse=mean, absorptance=1.0 - mean)
+
+
+def read_picture(path: Path, read_bytes: Callable[[Path], bytes]) -> np.ndarray:
+    """Return the pixels (h, w, 1 or 3) of a picture: as coded in [0, 1], or numbers as they are.
+
+    Raises
+    ------
+    SceneError
+        Another format, too many pixels, a picture that is broken, or see-through.
+    """
+    reader = {".exr": _exr, ".npy": _npy}.get(path.suffix.lower(), _coded)
+    if path.suffix.lower() not in SUFFIXES:
+        text = f'has the suffix "{path.suffix}": textures are read from {", ".join(SUFFIXES)}'
+        raise SceneError(str(path), [text])
+    data = read_bytes(path)
+    try:
+        pixels = reader(path, data)
+    except SceneError:
+        raise
+    except Exception as error:  # a reader of other people's files fails in any way
+        cause = error.__cause__ or error
+        problem = f"is not a picture that can be read: {type(cause).__name__}: {cause}"
+        raise SceneError(str(path), [problem]) from error
+    return _opaque(path, pixels[..., None] if pixels.ndim == 2 else pixels)
+
+
+def _check_size(path, shape):
+    """Raise where a picture is too large, before it is decoded."""
+    if len(shape) not in (2, 3) or 0 in shape:
+        text = f"has the shape {tuple(shape)}, a picture has rows, columns and 1 or 3 bands"
+        raise SceneError(str(path), [text])
+    if shape[0] * shape[1] > LARGEST:
+        text = f"has {shape[1]} x {shape[0]} pixels, at most {LARGEST} are read: reduce it"
+        raise SceneError(str(path), [text])
+
+
+def _coded(path, data):
+    """Return the pixels of a PNG or JPEG file, 1 for the greatest number."""
+    import imageio.v3
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of its size, which is checked here
+        with imageio.v3.imopen(io.BytesIO(data), "r", plugin="pillow") as file:
+            _check_size(path, file.properties(index=0).shape)
+            pixels = file.read(index=0)
+    return pixels / (1.0 if pixels.dtype == bool else np.iinfo(pixels.dtype).max)
+
+
+def _exr(path, data):
+    """Return the pixels of an OpenEXR file: its R, G and B, or Y."""
+    import OpenEXR
+
+    low, high = OpenEXR.File(str(path), header_only=True).header()["dataWindow"]
+    _check_size(path, (high - low + 1)[::-1])
+    channels = OpenEXR.File(str(path)).channels()
+    for name in ("RGB", "RGBA", "Y"):
+        if name in channels:
+            return channels[name].pixels.astype(float)
+    text = f"has the channels {', '.join(channels)}: give R, G and B, or Y"
+    raise SceneError(str(path), [text])
+
+
+def _npy(path, data):
+    """Return the numbers of an array file, whose header tells its size."""
+    pixels = np.load(io.BytesIO(data), allow_pickle=False)
+    _check_size(path, pixels.shape)
+    return pixels.astype(float)
+
+
+def _opaque(path, pixels):
+    """Return pixels (h, w, 1 or 3) without an opaque alpha; raise SceneError for other bands."""
+    bands = pixels.shape[2]
+    if bands in (2, 4):
+        see_through = np.argwhere(pixels[..., -1] < 1.0)
+        if len(see_through):
+            row, column = see_through[0]
+            text = f"row {row}, column {column} is see-through: give it a background"
+            raise SceneError(str(path), [text])
+        pixels = pixels[..., :-1]
+    elif bands not in (1, 3):
+        raise SceneError(str(path), [f"has {bands} bands, textures have 1 or 3"])
+    return pixels
+
+
+def details_of(
+    tables: dict[str, MaterialTable | None], picture: Callable[[str], np.ndarray], problems: list
+) -> dict[str, Details]:
+    """Return the details of the materials that have some; what is wrong becomes a problem."""
+    found = {}
+    for name, table in tables.items():
+        before, texture, bump = len(problems), None, None
+        if table is None:
+            continue
+        path = ("materials", name, "diffuse")
+        if isinstance(table.diffuse, TextureKey):
+            texture = _read(table.diffuse, path, picture, problems)
+            texture = texture and _reflectance(table, texture, path, problems)
+        if table.bump is not None:
+            bump = _read(replace(table.bump, encoding=table.bump.encoding or "linear"),
+                         (*path[:2], "bump"), picture, problems)  # fmt: skip
+            bump = bump and Bump(replace(bump, texels=bump.texels[..., :1]), table.bump.height)
+        if (texture or bump) and len(problems) == before:
+            found[name] = Details(texture, bump)
+    return found
+
+
+def _read(key, path, picture, problems):
+    """Return the texture that a key names, None where something is wrong with it."""
+    try:
+        pixels = picture(key.texture)
+    except SceneError as error:
+        problems += [at((*path, "texture"), key.texture, p) for p in error.problems]
+        return None
+    bad = np.argwhere(~np.isfinite(pixels).all(axis=2))
+    if len(bad):
+        text = f"row {bad[0][0]}, column {bad[0][1]} must be finite"
+        problems.append(at((*path, "texture"), key.texture, text))
+        return None
+    coded = Path(key.texture).suffix.lower() in CODED
+    if key.encoding == "sRGB" or (key.encoding is None and coded):
+        pixels = srgb_to_linear(pixels)
+    return Texture(pixels, key.repeat)
+
+
+def _reflectance(table, texture, path, problems):
+    """Return the texture of the reflectance, three bands; texels out of bounds are problems."""
+    key = table.diffuse
+    texels = texture.texels * np.array(key.scale, np.float32)
+    gloss = table.specular and table.specular.reflectance
+    gloss = np.array(gloss) if isinstance(gloss, tuple) else np.zeros(3)  # spectra: `excess_of`
+    wrong = (texels < 0.0) | (texels + gloss > 1.0 + ROUNDING)
+    if wrong.any():
+        row, column, band = np.argwhere(wrong)[0]
+        plus = f" + specular.reflectance {gloss[band]:g}" if gloss.any() else ""
+        problems.append(
+            f'{dotted((*path, "texture"))} = "{key.texture}" row {row}, column {column}: '
+            f"{texels[row, column, band]:.6g}{plus} in band {'rgb'[band]} must lie in [0, 1]: "
+            f"{RECEIVES}; {wrong.any(axis=2).sum()} texels do not: lower its scale"
+        )
+        return None
+    return Texture(texels, key.repeat)

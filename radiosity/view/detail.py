@@ -1,0 +1,83 @@
+"""Detail inside of patches, as pictures show it: textures, bumps and normals between corners.
+
+A shading normal differs from the face's own. Light arrives from where it would arrive at a small
+surface of that normal that stands on the face: lamps below the face give nothing, as their shadow
+rays meet it, and in other directions below it the face itself is seen, as beside every real bump.
+So in light that comes evenly from everywhere a bumped surface looks like a flat one.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.light.bump import tilt
+from radiosity.mesh.corners import between, in_front, normal_between, slopes, weights
+from radiosity.scene.model import Scene
+from radiosity.transport.lookup import Table, coordinates_at
+
+
+@dataclass(frozen=True)
+class Detail:
+    """What varies inside of the patches of a scene; ``table`` finds places on faces."""
+
+    scene: Scene
+    table: Table
+
+    @property
+    def textured(self) -> bool:
+        """Whether a material has a texture."""
+        return any(m.texture is not None for m in self.scene.materials)
+
+    def diffuse(self, face: np.ndarray, points: np.ndarray, diffuse: np.ndarray) -> np.ndarray:
+        """Return the reflectances (k, bands) of points on faces: ``diffuse``, or a texture's."""
+        found, textures = diffuse.copy(), [m.texture for m in self.scene.materials]
+        for texture, mine, weight, _ in self._used(textures, face, points):
+            here = found[mine]
+            uv = between(self.scene.faces.uv[face[mine]], weight)
+            found[mine] = np.where(here.any(axis=1, keepdims=True), texture.at(uv), here)
+        return found
+
+    def normals(self, face: np.ndarray, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Return the unit shading normals (k, 3) at points of faces, on the side of ``normals``."""
+        faces = self.scene.faces
+        own = faces.normals()[face]
+        found = own
+        if faces.corner_normals is not None:
+            curved = np.flatnonzero(~np.isnan(faces.corner_normals[face, 0, 0]))
+            _, weight = self._places(face[curved], points[curved])
+            at_corners = faces.corner_normals[face[curved]]
+            found = own.copy()
+            found[curved] = normal_between(at_corners, weight, own[curved])
+        bumps = [m.bump for m in self.scene.materials]
+        for bump, mine, weight, st in self._used(bumps, face, points):
+            found = found.copy() if found is own else found
+            slope = bump.slope(between(faces.uv[face[mine]], weight))
+            along = self._along_uv(face[mine], st)
+            found[mine] = in_front(found[mine] + tilt(own[mine], *along, slope), own[mine])
+        back = np.einsum("kc,kc->k", own, normals) < 0.0
+        return np.where(back[:, None], -found, found)
+
+    def _used(self, details, face, points):
+        """Yield each detail, which points have it, and their corners' weights, s and t."""
+        material = self.scene.faces.material[face]
+        for k, detail in enumerate(details):
+            mine = np.flatnonzero(material == k)
+            if detail is not None and len(mine):
+                st, weight = self._places(face[mine], points[mine])
+                yield detail, mine, weight, st
+
+    def _places(self, face, points):
+        st = coordinates_at(self.table, face, np.ascontiguousarray(points))
+        return st, weights(st, self.scene.faces.is_triangle[face])
+
+    def _along_uv(self, face, st):
+        """Return P_u and P_v (k, 3), the derivatives of the place by texture coordinates."""
+        faces = self.scene.faces
+        slope = slopes(st, faces.is_triangle[face])
+        place = np.einsum("kvd,kvc->kcd", slope, faces.vertices[face])
+        uv = np.einsum("kvd,kvc->kcd", slope, faces.uv[face])
+        det = uv[:, 0, 0] * uv[:, 1, 1] - uv[:, 0, 1] * uv[:, 1, 0]
+        safe = np.where(det == 0.0, np.inf, det)[:, None]
+        along_u = (place[..., 0] * uv[:, 1, 1, None] - place[..., 1] * uv[:, 1, 0, None]) / safe
+        along_v = (place[..., 1] * uv[:, 0, 0, None] - place[..., 0] * uv[:, 0, 1, None]) / safe
+        return along_u, along_v
