@@ -66,7 +66,7 @@ def daylight() -> np.ndarray:
 
 
 def tristimulus(values: np.ndarray) -> np.ndarray:
-    """Return (..., 3) X, Y, Z of spectra (..., 471): sums over whole nm (E18).
+    """Return (..., 3) X, Y, Z of spectra (..., 471): sums over whole nm (E21).
 
     X = sum S(lambda) xbar(lambda) dlambda, and so on (Szirmay-Kalos, eq. 3.9), not normalised:
     683 lm/W times Y is the photometric quantity.
