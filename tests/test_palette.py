@@ -8,9 +8,10 @@ import pytest
 
 import radiosity
 from radiosity.light import photometry
-from radiosity.light.bands import FEWEST, GREY, RGB
+from radiosity.light.bands import FEWEST, GREY, RGB, mixed
 from radiosity.light.palette import Cells, Grey, Rgb, kind_of, of_source, palette_of
 from radiosity.light.spectrum import Spectrum, colour_of, daylight, nanometres, tristimulus
+from radiosity.light.texture import Mixed, Texture
 from radiosity.scene.checks import Number
 from radiosity.scene.model import SceneError
 from radiosity.scene.schema import REFLECTANCE
@@ -261,3 +262,21 @@ def test_scenes_without_spectra_import_nothing_of_them():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout.strip() == "[]", done.stderr
+
+
+def test_mixed_textures_are_textures_of_mixed_texels():
+    random = np.random.default_rng(0)
+    picture = Texture(random.uniform(0, 1, (5, 7, 3)))
+    shares = Cells(12).shares
+    one, two = Mixed(picture, shares), Texture(mixed(picture.texels, shares))
+    places = random.uniform(-1, 2, (40, 2))
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) @ random.normal(size=(2, 2))
+    polygons = random.uniform(0, 1, (10, 1, 2)) + 0.3 * square
+    single = dict(rtol=2e-6, atol=1e-7)  # texels are float32
+    np.testing.assert_allclose(one.at(places), two.at(places), **single)
+    np.testing.assert_allclose(one.mean_over(polygons), two.mean_over(polygons), rtol=1e-4)
+    for what in ("mean", "lowest", "highest"):
+        np.testing.assert_allclose(getattr(one, what), getattr(two, what), **single)
+    assert one.bands == two.bands == 12 and not one.grey
+    grey = Mixed(Texture(np.repeat(random.uniform(0, 1, (2, 2, 1)), 3, axis=2)), shares)
+    assert grey.grey and np.ptp(grey.at(places), axis=1).max() == 0.0

@@ -18,7 +18,7 @@ from radiosity.light.palette import Cells
 from radiosity.light.photometry import photometric
 from radiosity.light.spectrum import Spectrum, tristimulus
 from radiosity.mesh.faces import Faces
-from radiosity.scene.model import Material, Scene
+from radiosity.scene.model import Material, Phong, Scene
 from radiosity.solve.methods import System, proportional_bands
 from radiosity.solve.plan import make_plan
 from radiosity.solve.requirements import foresee
@@ -323,3 +323,15 @@ def test_textures_and_sheets_are_seen_in_daylight_as_in_rgb(tmp_path, bands):
         else:  # tiles below a coloured sheet: products of spectra, in the mean not far from RGB's
             ratio = found.mean(axis=0) / expected.mean(axis=0)
             assert 1e-3 < np.abs(ratio - 1).max() < 0.15
+
+
+def test_coloured_gloss_and_sheets_need_all_bands():
+    square = np.array([[[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]])
+    grey = Material("m", np.full(3, 0.2), np.full(3, 0.8), np.ones(3))
+    colour = np.array([0.3, 0.2, 0.1])
+    for material, model in (
+        (grey, "1"), (replace(grey, specular=Phong(colour, 9.0)), "3"),
+        (replace(grey, translucent=colour), "3"),
+    ):  # fmt: skip
+        scene = Scene("s", Faces.from_polygons(square, 0, 0), (material,), ("all",))
+        assert foresee(scene, make_plan(scene, 0.1, "1")).requirements[0].model == model

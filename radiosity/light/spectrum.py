@@ -92,7 +92,7 @@ def cells(count: int) -> Bands:
     """Return ``count`` cells of wavelengths that cover 360 to 830 nm as bands.
 
     Of equal sums of sqrt(w), w = xbar/X + ybar/Y + zbar/Z with X, Y, Z the sums of the functions:
-    measured to err least among powers of w and equal widths (benchmarks/bands.md).
+    measured to err less than by equal widths, by w and by its cube root (docs/colour.md).
 
     Raises
     ------

@@ -19,7 +19,7 @@ from radiosity.solve.level import STIFF, THROUGH, solve_level
 from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import WORTH
-from radiosity.solve.system import lights_of, translucent
+from radiosity.solve.system import lights_of, side_reflectance, translucent
 
 TRIED = 0.1  # share of the work foreseen that rounds are tried for, at least one
 # Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
@@ -198,8 +198,10 @@ def _requirements(scene, plan, reach, is_open) -> tuple[Requirement, ...]:
 
 
 def _bands(scene, plan, reach, is_open):
-    used = [scene.materials[k] for k in np.unique(scene.faces.material)]
-    rho = np.array([m.diffuse for m in used])
+    index = np.unique(scene.faces.material)
+    used = [scene.materials[k] for k in index]
+    rho = np.concatenate([side_reflectance(scene)[0], translucent(scene)])
+    rho = rho[np.append(index, index + len(scene.materials))]
     lamps = [lamp.strength for lamp in scene.lights]
     emitted = np.array([m.emission for m in used] + [scene.ambient, *lamps])
     grey = np.all(rho == rho[:, :1]) and np.linalg.matrix_rank(emitted) <= 1
