@@ -9,6 +9,10 @@ import radiosity
 from radiosity.cli.probe import table
 from radiosity.cli.solve import summary
 from radiosity.light.bands import GREY, RGB, Bands
+from radiosity.light.sources import Point
+from radiosity.solve.adapt import Rounds
+from radiosity.solve.plan import make_plan
+from radiosity.solve.refinement import blame
 from radiosity.solve.tradeoff import _by_clusters, make_reference
 from radiosity.view.export import arrays, columns
 from radiosity.view.window import show
@@ -30,14 +34,17 @@ def in_bands(scene, bands, order):
         )  # fmt: skip
 
     made = tuple(of(m) for m in scene.materials)
-    return replace(scene, materials=made, ambient=scene.ambient[order], bands=bands)
+    lamps = tuple(x.of_intensity(x.strength[order]) for x in scene.lights)
+    return replace(scene, materials=made, ambient=scene.ambient[order], lights=lamps, bands=bands)
 
 
 @pytest.fixture(scope="module", params=["box6.toml", "cornell_glossy.toml"])
 def pair(request):
     """A scene solved in three bands and in five."""
     scene = radiosity.load(f"scenes/{request.param}")
-    scene = replace(scene, ambient=np.array([0.1, 0.2, 0.3]))
+    middle = scene.faces.vertices.mean(axis=(0, 1))
+    lamp = Point(middle, scene.unit_m**-2 * np.array([0.3, 0.1, 0.2]))
+    scene = replace(scene, ambient=np.array([0.1, 0.2, 0.3]), lights=(lamp,))
     return [
         radiosity.solve(s, 0.2, mesh="2", order=1) for s in (scene, in_bands(scene, FIVE, ORDER))
     ]
@@ -92,6 +99,8 @@ def test_files_name_the_bands(pair, tmp_path):
 
 def test_clusters_and_goals_take_any_bands():
     scene = radiosity.load("scenes/box6.toml")
+    lamp = Point(scene.faces.vertices.mean(axis=(0, 1)), np.array([0.3, 0.1, 0.2]))
+    scene = replace(scene, lights=(lamp,))
     many = in_bands(scene, FIVE, ORDER)
     three, five = _by_clusters(scene, 0.3), _by_clusters(many, 0.3)
     np.testing.assert_allclose(five.radiosity, three.radiosity[:, ORDER], rtol=EQUAL)
@@ -101,6 +110,18 @@ def test_clusters_and_goals_take_any_bands():
     assert make_reference(many, 0.1).error_of(five) == pytest.approx(
         make_reference(scene, 0.1).error_of(three), rel=1e-6  # differences of nearly equal numbers
     )  # fmt: skip
+
+
+def test_cells_are_blamed_for_what_the_eye_sees():
+    scene = radiosity.load("scenes/cornell_box.toml")
+    found = []
+    for one in (scene, in_bands(scene, FIVE, ORDER)):
+        rounds = Rounds(one, make_plan(one, 0.05))
+        rounds.advance()
+        level, coarse, judged = rounds.level, rounds.check.level, rounds.estimate.judged
+        found.append(blame(level, coarse, *judged))
+    assert found[0].max() > 0.0
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-9)  # small differences of solutions
 
 
 def test_one_band_is_a_column_of_grey():

@@ -9,10 +9,10 @@ from test_texturing import CORNERS, checkers, lit_room, patches_of, with_texture
 
 import radiosity
 from radiosity.light.bump import Bump
-from radiosity.light.reflection import phong
+from radiosity.light.phong import Phong, phong
 from radiosity.light.texture import Texture
 from radiosity.mesh.faces import Faces
-from radiosity.scene.model import Camera, Phong
+from radiosity.scene.model import Camera
 from radiosity.transport.lookup import make_table
 from radiosity.transport.polygon import point_factor
 from radiosity.view.detail import Detail

@@ -274,7 +274,8 @@ def test_a_plain_scene_imports_no_optics():
         "radiosity.render(s, size=(4, 4), samples=8)\n"
         "s.irradiance([[0.1, 0.1, 0.1]], [[0, 0, 1]])\n"
         "light = {m for m in sys.modules if m.startswith('radiosity.light.')}\n"
-        "assert light == {'radiosity.light.photometry', 'radiosity.light.reflection'}, light\n"
+        "plain = 'bands', 'colour', 'palette', 'photometry', 'reflection', 'sources'\n"
+        "assert light == {f'radiosity.light.{name}' for name in plain}, light\n"
         "assert not {'radiosity.scene.optics', 'radiosity.view.gloss'} & set(sys.modules)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

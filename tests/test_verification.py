@@ -11,7 +11,7 @@ from radiosity.solve.verification import run_suites
 FILES = {
     "elements": "vf_element_polygon", "polygons": "vf_polygon_pairs", "extremes": "extremes",
     "obstructed": "vf_obstructed", "curved": "vf_curved", "cie171": "cie171",
-    "reflection": "reflection",
+    "reflection": "reflection", "colour": "colour",
 }  # fmt: skip
 ELSEWHERE = "furnace", "glass_poly", "slab"  # among the rooms, and the laws of glass
 

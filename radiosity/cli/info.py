@@ -3,14 +3,14 @@
 from radiosity.cli import options as o
 
 
-def info(scene: o.SceneFile) -> None:
+def info(scene: o.SceneFile, bands: o.Bands = "auto") -> None:
     """Print what was read from a scene's files: materials, lights, cameras, mesh findings.
 
     Example: radiosity info scenes/cornell_box.toml
     """
     from radiosity.scene.files import load
 
-    print(describe(load(scene)))
+    print(describe(load(scene, bands=bands)))
 
 
 def describe(scene) -> str:
@@ -25,6 +25,7 @@ def describe(scene) -> str:
     lines = [
         f"{scene.name}: faces {len(faces)} (quadrilaterals {len(faces) - triangles}, "
         f"triangles {triangles}), {area.sum():.6g} m2, {extent} {scene.unit}, {scene.up} up",
+        *_colours(scene),
         "",
         f"{'material':16}{'faces':>7}{'area m2':>12}  {'diffuse reflectance':24}emission W/(m2 sr)",
     ]
@@ -32,7 +33,8 @@ def describe(scene) -> str:
         mine = faces.material == k
         lines.append(
             f"{material.name:16}{int(mine.sum()):7}{area[mine].sum():12.6g}  "
-            f"{_bands(material.diffuse):24}{_bands(material.emission) if material.emits else '-'}"
+            f"{_share(material.diffuse):24}"
+            + (_light(material.emission, scene.bands) if material.emits else "-")
             + _optics(material)
             + _detail(material)
             + ("" if material.two_sided else "  back black")
@@ -53,9 +55,11 @@ def _lights(scene) -> list[str]:
     for light in scene.lights:
         kind = type(light).__name__.lower()
         where = light.direction if kind == "directional" else light.position
-        lines.append(f"{kind:16}{_bands(where):26}{_bands(light.strength):24}{light.group or '-'}")
+        strength = _light(light.strength, scene.bands)
+        lines.append(f"{kind:16}{_bands(where):26}{strength:24}{light.group or '-'}")
     if scene.ambient.any():
-        lines.append(f"{'ambient':16}{'from outside, W/(m2 sr)':26}{_bands(scene.ambient):24}-")
+        strength = _light(scene.ambient, scene.bands)
+        lines.append(f"{'ambient':16}{'from outside, W/(m2 sr)':26}{strength:24}-")
     return lines if len(lines) > 2 else []
 
 
@@ -102,5 +106,28 @@ def _optics(material) -> str:
     named = {"": material.specular, "mirror ": material.mirror, "transmits ": material.transmit}
     words = "".join(f"  {name}{part.summary}" for name, part in named.items() if part is not None)
     if material.translucent is not None:
-        words += f"  translucent {_bands(material.translucent)}"
+        words += f"  translucent {_share(material.translucent)}"
     return words
+
+
+def _share(values) -> str:
+    """Return shares as text, of many wavelengths the least and the most."""
+    if len(values) <= 3:
+        return _bands(values)
+    return " to ".join(dict.fromkeys(f"{v:.6g}" for v in (values.min(), values.max())))
+
+
+def _light(values, bands) -> str:
+    """Return watts as text, of wavelengths as RGB."""
+    return _bands(values if bands.wavelengths is None else bands.to_rgb(values))
+
+
+def _colours(scene) -> list[str]:
+    """Return what a scene is computed in where that is not red, green and blue."""
+    from radiosity.light.bands import RGB
+
+    if scene.bands is RGB and not scene.spectra:
+        return []
+    wavelengths = scene.bands.wavelengths is not None
+    kind = f"{scene.bands.count} wavelengths" if wavelengths else " ".join(scene.bands.names)
+    return [f"colours in {kind}" + (", of " if scene.spectra else "") + ", ".join(scene.spectra)]

@@ -63,6 +63,14 @@ Solver = Annotated[
         help="gauss-seidel, jacobi, southwell, gmres, cg (--order 0) or direct.",
     ),
 ]
+Bands = Annotated[
+    str,
+    typer.Option(
+        "--bands",
+        metavar="auto|grey|rgb|spectral|N",
+        help="Colours: three bands, or wavelengths (N of them) where spectra are given; grey: one.",
+    ),
+]
 Force = Annotated[
     bool, typer.Option("--force", help="Model everything, also what the scene does not require.")
 ]

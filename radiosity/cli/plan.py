@@ -7,6 +7,7 @@ from radiosity.cli.session import load_scene
 def plan(
     scene: o.SceneFile,
     accuracy: o.Accuracy = 0.02,
+    bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
@@ -22,7 +23,7 @@ def plan(
 
     Example: radiosity plan scenes/cornell_box.toml --accuracy 0.01
     """
-    model = load_scene(scene, mesh, ambient, quiet)
+    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     o.use_threads(threads)
     from radiosity.solve.plan import make_plan
     from radiosity.solve.requirements import foresee

@@ -21,6 +21,7 @@ def probe(
         str | None, typer.Option("-o", "--output", help="Write .csv here instead of stdout.")
     ] = None,
     accuracy: o.Accuracy = 0.02,
+    bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
@@ -41,7 +42,7 @@ def probe(
     where = read_points(points)
     if output:
         check_place(output)
-    model = load_scene(scene, mesh, ambient, quiet)
+    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
         goal = where[:, :3], where[:, 3:]

@@ -17,7 +17,14 @@ def render(
     camera: o.CameraName = None,
     size: o.Size = None,
     samples: o.Samples = 128,
+    gamma: Annotated[
+        float | None,
+        typer.Option(
+            "--gamma", metavar="G", parser=o.number, help="Of the screen, instead of sRGB: .png."
+        ),
+    ] = None,
     accuracy: o.Accuracy = 0.02,
+    bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
@@ -38,14 +45,25 @@ def render(
     from radiosity.view.gather import render as gather
     from radiosity.view.image import check_suffix, write
 
-    check_suffix(output)
+    check_suffix(output, gamma)
     check_place(output)
-    model = load_scene(scene, mesh, ambient, quiet)
+    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     chosen = find_camera(model, camera)
     pixels = picture_size(chosen, o.parse_size(size), model.bands)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(model, asked, progress)
         image = gather(solution, chosen, size=pixels, samples=samples, progress=progress)
-    write(image, output)
+    write(image, output, gamma)
+    if image.outside:
+        remark(f"note: {outside_line(image)}", quiet)
     remark(f"wrote {output}", quiet)
+
+
+def outside_line(image) -> str:
+    """Return how many pixels a screen cannot show, and what became of them."""
+    share = image.outside / image.pixels[..., 0].size
+    return (
+        f"{image.outside} pixels ({o.percent(share)}) lie outside of sRGB: .exr and .npy keep "
+        "them, .png greys them"
+    )

@@ -8,21 +8,27 @@ from radiosity.cli.options import parse_memory, parse_time, percent, use_threads
 from radiosity.cli.progress import remark
 
 
-def load_scene(path: str, mesh: str, ambient: float, quiet: bool):
+def load_scene(
+    path: str, mesh: str, ambient: float, quiet: bool, bands: str = "auto", accuracy: float = 0.02
+):
     """Return the scene of a file with ambient light, and remark on what was assumed.
 
     Pairs of triangles are joined to quadrilaterals, but not for ``--mesh input``.
     """
+    from radiosity.light.palette import palette_of
     from radiosity.scene.files import load
 
     if not 0 <= ambient < float("inf"):
         raise ValueError(f"--ambient {ambient} must be a radiance of at least 0 W/(m2 sr)")
-    scene = load(path, merge=mesh != "input")
+    scene = load(path, merge=mesh != "input", bands=bands, accuracy=accuracy)
     for note in scene.notes:
         remark(f"note: {note}", quiet)
     if not scene.has_light and ambient == 0:
         remark("note: nothing in the scene emits light; --ambient 1 lets some in", quiet)
-    return replace(scene, ambient=scene.ambient + ambient) if ambient else scene
+    if not ambient:
+        return scene
+    entering = palette_of(scene.bands).light((float(ambient),) * 3)
+    return replace(scene, ambient=scene.ambient + entering)
 
 
 LATE = 1.5  # times the time asked that is worth a remark

@@ -24,6 +24,7 @@ def solve(
         ),
     ] = None,
     accuracy: o.Accuracy = 0.02,
+    bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
@@ -46,7 +47,7 @@ def solve(
         check_suffix(output)
         check_place(output)
     saved = _load(factors, memory)
-    model = load_scene(scene, mesh, ambient, quiet)
+    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
         solution = solve_scene(model, asked, progress, saved)
@@ -93,15 +94,16 @@ def summary(solution) -> str:
 
 
 def _power_rows(balance, bands) -> list[str]:
-    """Return where the emitted power goes, a column a band; of wavelengths their sum and lumens."""
-    from radiosity.light.photometry import illuminance
+    """Return where the emitted power goes, a column a band; of wavelengths in lumens."""
+    from radiosity.light.photometry import photometric
 
     rows = {name: getattr(balance, name) for name in ("emitted", "absorbed", "escaped")}
+    unit = "W"
     heads = [{"r": "red", "g": "green", "b": "blue"}.get(name, name) for name in bands.names]
     if bands.wavelengths is not None:
-        heads = [f"{bands.count} cells", "lumens"]
-        rows = {name: (power.sum(), illuminance(power, bands)) for name, power in rows.items()}
-    head = "power in W " + "".join(f"{h:>14}" for h in heads)
+        unit, heads = "lm", ["luminous"]
+        rows = {name: [photometric(power, bands)] for name, power in rows.items()}
+    head = f"power in {unit:2}" + "".join(f"{h:>14}" for h in heads)
     return [head] + [
         f"  {name:10}" + "".join(f"{v:14.6g}" for v in values) for name, values in rows.items()
     ]

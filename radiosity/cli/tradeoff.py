@@ -25,6 +25,7 @@ def tradeoff(
             "--accuracy", metavar="EPS", parser=o.number, help="The best that is asked: 0.001."
         ),
     ] = 0.003,
+    bands: o.Bands = "auto",
     ambient: o.Ambient = 0.0,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
@@ -46,7 +47,7 @@ def tradeoff(
         raise ValueError(
             f"--accuracy {accuracy:g} must lie in [0.001, 0.1] here: 0.01 measures from 10 % to 1 %"
         )
-    model = load_scene(scene, "auto", ambient, quiet)
+    model = load_scene(scene, "auto", ambient, quiet, bands, accuracy)
     o.use_threads(threads)
     from radiosity.solve.tradeoff import make_reference, trials
     from radiosity.view.plot import plot_tradeoff

@@ -11,8 +11,8 @@ def verify(
         typer.Option(
             "--suite",
             metavar="NAME",
-            help="elements, polygons, extremes, obstructed, curved, rooms, limits, cie171 or "
-            "reflection; all by default.",
+            help="elements, polygons, extremes, obstructed, curved, rooms, limits, cie171, "
+            "reflection or colour; all by default.",
         ),
     ] = None,
 ) -> None:

@@ -20,6 +20,7 @@ def view(
     ] = None,
     samples: o.Samples = 128,
     accuracy: o.Accuracy = 0.02,
+    bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
@@ -46,7 +47,7 @@ def view(
         check_suffix(screenshot)
         check_place(screenshot)
     pixels = o.parse_size(size)
-    model = load_scene(scene, mesh, ambient, quiet)
+    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     chosen = find_camera(model, camera)
     picture_size(chosen, pixels, model.bands)
     shown = screenshot is None and display_available()

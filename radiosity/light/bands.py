@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # share of a band in the luminance, IEC 61966-2-1
+FEWEST, MOST = 8, 128  # wavelengths: with fewer, red, green and blue have no spectra in [0, 1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,3 +50,13 @@ class Bands:
 
 RGB = Bands(("r", "g", "b"), np.eye(3), np.array(LUMINANCE))
 GREY = Bands(("grey",), np.ones((3, 1)), np.ones(1))
+
+
+def mixed(rgb: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Return (..., n) what shares (n, 3), which add up to 1, mix of RGB (..., 3).
+
+    Where the three are equal, all are, to the last digit.
+    """
+    rgb = np.asarray(rgb, float)
+    flat = rgb.min(axis=-1, keepdims=True)
+    return flat + (rgb - flat) @ shares.T

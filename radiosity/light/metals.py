@@ -55,6 +55,12 @@ def band_weights() -> tuple[np.ndarray, np.ndarray]:
     return np.array(data["wavelengths"], dtype=np.float64), weights
 
 
+def metal_range() -> tuple[float, float]:
+    """Return the shortest and the longest wavelength in nm at which indices are known."""
+    known = _data()["wavelengths"]
+    return known[0], known[-1]
+
+
 def metal_names() -> tuple[str, ...]:
     """Return the names of the metals whose indices are known."""
     return tuple(_data()["metals"])

@@ -9,6 +9,7 @@ import numpy as np
 from radiosity.light.bands import RGB, Bands
 
 EFFICACY = 683.0  # lm/W at 540 THz, the SI definition of the candela
+WHITE = np.ones(3)  # of three bands, neutral light whose luminance is 1
 
 
 def luminance(values: np.ndarray, bands: Bands = RGB) -> np.ndarray:
@@ -27,33 +28,43 @@ def luminance(values: np.ndarray, bands: Bands = RGB) -> np.ndarray:
     return bands.luminance(values)
 
 
+def photometric(values: np.ndarray, bands: Bands = RGB, efficacy: float = EFFICACY) -> np.ndarray:
+    """Return K Y: lm of W, lx of W/m2, cd of W/sr, cd/m2 of W/(m2 sr), K the efficacy in lm/W."""
+    return efficacy * luminance(values, bands)
+
+
 def illuminance(
     irradiance: np.ndarray, bands: Bands = RGB, efficacy: float = EFFICACY
 ) -> np.ndarray:
     """Return E_v = K Y(E) in lx for irradiance (..., n) in W/m2, K the efficacy in lm/W."""
-    return efficacy * luminance(irradiance, bands)
+    return photometric(irradiance, bands, efficacy)
 
 
 def radiance_from_exitance(exitance: np.ndarray) -> np.ndarray:
-    """Return L = M / pi, (3,) W/(m2 sr), of a Lambertian emitter of exitance M (W/m2).
+    """Return L = M / pi, (n,) W/(m2 sr), of a Lambertian emitter of exitance M (W/m2).
 
-    A single number stands for every band.
+    A single number stands for each of three bands.
     """
     return _bands(exitance) / np.pi
 
 
-def radiance_from_luminance(value: float, efficacy: float = EFFICACY) -> np.ndarray:
-    """Return the neutral radiance L = L_v / K, (3,) W/(m2 sr), of luminance L_v (cd/m2)."""
-    return _bands(value) / efficacy
+def radiance_from_luminance(
+    value: float, white: np.ndarray = WHITE, efficacy: float = EFFICACY
+) -> np.ndarray:
+    """Return the neutral radiance L = L_v / K, (n,) W/(m2 sr), of luminance L_v (cd/m2).
+
+    ``white`` (n,) is what bands hold of neutral light whose luminance-weighted sum is 1.
+    """
+    return value * white / efficacy
 
 
 def radiance_from_radiant_flux(flux: np.ndarray, area: float) -> np.ndarray:
-    """Return L = Phi / (pi A), (3,) W/(m2 sr), of an emitter that sends out Phi watts a band.
+    """Return L = Phi / (pi A), (n,) W/(m2 sr), of an emitter that sends out Phi watts a band.
 
     Parameters
     ----------
-    flux : float or (3,) float
-        W per band over all of the emitter's front; a single number stands for every band.
+    flux : float or (n,) float
+        W per band over all of the emitter's front; a single number stands for each of three bands.
     area : float
         Area A of all faces that share the flux, m2.
 
@@ -67,14 +78,17 @@ def radiance_from_radiant_flux(flux: np.ndarray, area: float) -> np.ndarray:
     return radiance_from_exitance(_bands(flux) / area)
 
 
-def radiance_from_luminous_flux(flux: float, area: float, efficacy: float = EFFICACY) -> np.ndarray:
-    """Return the neutral radiance, (3,) W/(m2 sr), of an emitter that sends out ``flux`` lumens.
+def radiance_from_luminous_flux(
+    flux: float, area: float, white: np.ndarray = WHITE, efficacy: float = EFFICACY
+) -> np.ndarray:
+    """Return the neutral radiance, (n,) W/(m2 sr), of an emitter that sends out ``flux`` lumens.
 
-    Neutral white light of Phi_v lumens has Phi_v / K watts in every band, as the weights of
-    `LUMINANCE` add up to 1; see `radiance_from_radiant_flux` for the area (m2).
+    Neutral light of Phi_v lumens has Phi_v / K watts of ``white`` (n,); in three bands that is as
+    much in each, as their weights add up to 1. See `radiance_from_radiant_flux` for the area (m2).
     """
-    return radiance_from_radiant_flux(_bands(flux) / efficacy, area)
+    return radiance_from_radiant_flux(flux * white / efficacy, area)
 
 
 def _bands(value) -> np.ndarray:
-    return np.broadcast_to(np.asarray(value, float), (3,)).copy()
+    value = np.asarray(value, float)
+    return value.copy() if value.ndim else np.full(RGB.count, value)

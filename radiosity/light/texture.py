@@ -9,6 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
+from radiosity.light.bands import mixed
+
 PIECES = 1024  # of an edge that crosses more texels than this, each taken for smooth
 AT_ONCE = 1 << 18  # pieces
 THIN = 1e-12  # area of a polygon, as a share of its perimeter's square, below which it is a line
@@ -42,6 +44,11 @@ class Texture:
         if texels.ndim != 3 or 0 in texels.shape:
             raise ValueError(f"texels of shape {texels.shape} must be (h, w, bands), all above 0")
         object.__setattr__(self, "texels", texels)
+
+    @property
+    def bands(self) -> int:
+        """Return how many bands there are."""
+        return self.texels.shape[2]
 
     @cached_property
     def mean(self) -> np.ndarray:
@@ -162,6 +169,59 @@ class Texture:
         value = self.at(uv).reshape(*x.shape, bands).mean(axis=2)
         length = np.linalg.norm(span, axis=2) + 1e-300
         return np.einsum("nk,nkb->nb", length / length.sum(axis=1, keepdims=True), value)
+
+
+@dataclass(frozen=True)
+class Mixed:
+    """A picture of three bands as one of other bands, each mixed of the three.
+
+    Attributes
+    ----------
+    picture : Texture
+    shares : (n, 3) float64
+        Of the picture's bands in each of these; they add up to 1, so that grey stays grey.
+    """
+
+    picture: Texture
+    shares: np.ndarray
+
+    @property
+    def texels(self) -> np.ndarray:
+        """Return the picture's own texels (h, w, 3)."""
+        return self.picture.texels
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Return the mean (n,) over the picture."""
+        return mixed(self.picture.mean, self.shares)
+
+    @cached_property
+    def lowest(self) -> np.ndarray:
+        """Return the least value (n,) at a texel."""
+        return np.min([mixed(row, self.shares).min(axis=0) for row in self.texels], axis=0)
+
+    @cached_property
+    def highest(self) -> np.ndarray:
+        """Return the greatest value (n,) at a texel."""
+        return np.max([mixed(row, self.shares).max(axis=0) for row in self.texels], axis=0)
+
+    @property
+    def grey(self) -> bool:
+        """Whether all bands are the same."""
+        return len(self.shares) == 1 or self.picture.grey
+
+    @property
+    def bands(self) -> int:
+        """Return n."""
+        return len(self.shares)
+
+    def at(self, uv: np.ndarray) -> np.ndarray:
+        """Return the values (k, n) at texture coordinates (k, 2)."""
+        return mixed(self.picture.at(uv), self.shares)
+
+    def mean_over(self, polygons: np.ndarray) -> np.ndarray:
+        """Return the mean values (k, n) over polygons (k, 4, 2), see `Texture.mean_over`."""
+        return mixed(self.picture.mean_over(polygons), self.shares)
 
 
 def _mix(one, two, share):

@@ -1,12 +1,14 @@
 """Assembling: materials and a camera for a geometry, and the defaults where a scene has none."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
+from radiosity.light.palette import Nanometres, Palette, Rgb, of_source
 from radiosity.mesh.faces import Faces
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
-from radiosity.scene.model import Camera, Material
+from radiosity.scene.model import Camera, Material, Scene
 
 DEFAULT_REFLECTANCE = 0.5
 DEFAULT_FOV = 40.0
@@ -34,9 +36,11 @@ def default_material(name: str = DEFAULT) -> Material:
 
 
 def with_materials(
-    geometry: Geometry, defined: dict[str, Material]
+    geometry: Geometry, defined: dict[str, Material], palette: Palette
 ) -> tuple[Faces, tuple[Material, ...], list[str]]:
     """Return the faces with indices into a table of materials, the table and notes.
+
+    What is ``defined`` is in the bands of the palette, what the file says in RGB.
 
     The scene's own definition wins, then the geometry file's, then the default, which is noted.
     All defined materials come first, in their order, whether used or not.
@@ -49,7 +53,9 @@ def with_materials(
                 f"{named}: not defined, reflects {DEFAULT_REFLECTANCE:g} of all light; "
                 f"[materials.{name}] defines it"
             )
-        table.setdefault(name, geometry.materials.get(name) or default_material(name))
+        if name not in table:
+            given = geometry.materials.get(name) or default_material(name)
+            table[name] = _coloured(given, palette)
     unused = [name for name in defined if name not in geometry.material_names]
     notes += [f'material "{name}" is defined but no face has it' for name in unused]
     place = {name: k for k, name in enumerate(table)}
@@ -59,6 +65,41 @@ def with_materials(
     if old.degenerate:
         notes.append(f"{old.degenerate} faces without area were left out")
     return faces, tuple(table.values()), notes
+
+
+def _coloured(material: Material, palette: Palette) -> Material:
+    """Return a material whose numbers are RGB in the bands of a palette."""
+    diffuse, absorptance, emission = (
+        tuple(x) for x in (material.diffuse, material.absorptance, material.emission)
+    )
+    return replace(
+        material, diffuse=palette.share(diffuse), absorptance=palette.share(absorptance),
+        emission=palette.light(emission),
+    )  # fmt: skip
+
+
+def in_bands(kind: str | int, has_spectra: bool, make: Callable[[Palette], Scene]) -> Scene:
+    """Return the scene that ``make`` returns of the palette of a kind.
+
+    Where the light that there is decides what is grey, or how spectra look, it is added up before.
+    """
+    source = None
+    if kind == "grey" or (kind == "rgb" and has_spectra):
+        source = _light_in(make(Nanometres() if has_spectra else Rgb()))
+    return make(of_source(kind, source))
+
+
+def _light_in(scene: Scene) -> np.ndarray:
+    """Return (bands,) the watts that all lights of a scene send out.
+
+    What comes from afar counts with what falls on a sphere about the scene.
+    """
+    faces, emission = scene.faces, np.array([m.emission for m in scene.materials])
+    total = np.pi * scene.unit_m**2 * faces.areas() @ emission[faces.material]
+    section = np.pi * (scene.unit_m * np.ptp(faces.vertices, (0, 1)).max() / 2.0) ** 2
+    for light in scene.lights:
+        total = total + light.strength * getattr(light, "solid_angle", section)
+    return total + 4.0 * np.pi * section * scene.ambient
 
 
 def default_camera(faces: Faces, up: str) -> Camera:

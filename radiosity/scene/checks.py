@@ -86,6 +86,30 @@ class Bands:
 
 
 @dataclass(frozen=True)
+class SpectrumFile:
+    """The name of a spectrum's file, and what its values are checked by."""
+
+    name: str
+    check: Number
+
+
+@dataclass(frozen=True)
+class Colour:
+    """What `Bands` takes, or the name of a file with a spectrum."""
+
+    check: Number
+
+    def __call__(self, value) -> tuple | SpectrumFile:
+        """Return three floats or a file, or raise `Wrong`."""
+        what = 'a number or [r, g, b], or a spectrum, "NAME.csv"'
+        if not isinstance(value, str):
+            return Bands(self.check, what)(value)
+        if not value.lower().endswith(".csv"):
+            raise Wrong(((), value, f"must be {what}"))
+        return SpectrumFile(value, self.check)
+
+
+@dataclass(frozen=True)
 class Table:
     """A table of any names whose values one check accepts."""
 

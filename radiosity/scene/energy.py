@@ -8,7 +8,7 @@ ROUNDING = 1e-9  # by which shares may add up to more than 1, as decimals are no
 DEGREES = np.append(np.arange(0.0, 89.6, 0.5), [89.8, 89.9, 90.0])
 
 
-def excess(base, lobe, mirror, transmit, through=None, degrees=DEGREES) -> str:
+def excess(base, lobe, mirror, transmit, through=None, names="rgb", degrees=DEGREES) -> str:
     """Return how much too much leaves a surface as a sentence, "" where nothing is wrong.
 
     Parameters
@@ -19,6 +19,8 @@ def excess(base, lobe, mirror, transmit, through=None, degrees=DEGREES) -> str:
         See `radiosity.scene.model.Material`. A lobe without an albedo, a seed's, is left out.
     through : (bands,) float64, optional
         Share of light that leaves the other side evenly.
+    names : sequence of str
+        Of the bands.
     degrees : (k,) float64
         Angles of incidence at which the sum is taken.
     """
@@ -34,9 +36,9 @@ def excess(base, lobe, mirror, transmit, through=None, degrees=DEGREES) -> str:
     where, band = np.unravel_index(np.argmax(total), total.shape)
     if not total[where, band] > 1.0 + ROUNDING:
         return ""
-    names = ["diffuse", *([] if through is None else ["translucent"]), *parts]
+    said = ["diffuse", *([] if through is None else ["translucent"]), *parts]
     return (
-        f"{' + '.join(names)} = {total[where, band]:.6g} at {degrees[where]:g} "
-        f"degrees in band {'rgb'[band]} must be at most 1: a surface cannot reflect more than it "
+        f"{' + '.join(said)} = {total[where, band]:.6g} at {degrees[where]:g} "
+        f"degrees in band {names[band]} must be at most 1: a surface cannot reflect more than it "
         "receives; lower one of them"
     )

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from radiosity.light.palette import ACCURACY, kind_of
 from radiosity.mesh.faces import Faces, has_area
 from radiosity.mesh.given import Given
-from radiosity.scene.assemble import default_camera, geometry_problem, with_materials
+from radiosity.scene.assemble import default_camera, geometry_problem, in_bands, with_materials
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.model import Scene, SceneError
 from radiosity.scene.obj import read_obj
@@ -17,7 +18,9 @@ from radiosity.scene.obj import read_obj
 LARGEST = 2**30  # bytes
 
 
-def load(path: str | Path, merge: bool = True) -> Scene:
+def load(
+    path: str | Path, merge: bool = True, bands: str | int = "auto", accuracy: float = ACCURACY
+) -> Scene:
     """Return the scene of a TOML file, or of a bare geometry file.
 
     Parameters
@@ -27,11 +30,18 @@ def load(path: str | Path, merge: bool = True) -> Scene:
         and camera where the file says nothing else, which `Scene.notes` mentions.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
+    bands : str or int
+        ``grey`` (the luminance only), ``rgb``, ``spectral``, a number of wavelengths, or ``auto``:
+        spectral where a colour comes from a spectrum's file, otherwise rgb.
+    accuracy : float
+        That answers will be asked for: of spectra it chooses how many wavelengths.
 
     Raises
     ------
     SceneError
         Lists everything that is wrong with the file and with those it names.
+    ValueError
+        Unknown ``bands``.
 
     Examples
     --------
@@ -40,13 +50,16 @@ def load(path: str | Path, merge: bool = True) -> Scene:
     ('Room of six faces', 6, 'm')
     """
     path = Path(path)
+    kind = kind_of(bands, False, accuracy)
     if path.suffix.lower() != ".toml":
-        return _bare(path, merge)
+        return _bare(path, merge, kind)
     from radiosity.scene.toml import read_toml  # pydantic takes 0.2 s to import
 
     text = _decoded(read_bytes(path), path)
-    named = partial(_named, path.parent, merge), path.stem, merge, partial(_picture, path.parent)
-    return read_toml(text, str(path), *named)
+    named, picture, spectrum = (partial(read, path.parent) for read in (_named, _picture, _text_of))
+    return read_toml(
+        text, str(path), partial(named, merge), path.stem, merge, picture, spectrum, bands, accuracy
+    )
 
 
 def read_geometry(
@@ -164,6 +177,13 @@ def _picture(folder, name):
     return read_picture(path, read_bytes)
 
 
+def _text_of(folder, name):
+    """Return the text of a spectrum that a scene file names, relative to its folder."""
+    path = folder / name
+    _check_inside(path, folder)
+    return _decoded(read_bytes(path), path)
+
+
 def _obj(path, folder, merge, uv):
     def read_library(name):
         library = path.parent / name
@@ -222,10 +242,14 @@ def _array_problems(vertices, faces):
     return problems
 
 
-def _bare(path, merge):
+def _bare(path, merge, kind):
     """Return a scene of one geometry file and nothing else."""
-    geometry = read_geometry(path, None, merge)
-    faces, materials, notes = with_materials(geometry, {})
+    return in_bands(kind, False, partial(_furnished, path, read_geometry(path, None, merge)))
+
+
+def _furnished(path, geometry, palette):
+    """Return a scene with what a geometry file says, and the defaults for what it does not."""
+    faces, materials, notes = with_materials(geometry, {}, palette)
     notes.append("lengths are taken as metres and z as up; a .toml scene can say otherwise")
     notes.append("no camera is given: one outside looks at the whole scene")
     camera = default_camera(faces, "z")
@@ -237,4 +261,5 @@ def _bare(path, merge):
         cameras={camera.name: camera},
         source=str(path),
         notes=(*geometry.notes, *notes),
+        bands=palette.bands,
     )

@@ -6,6 +6,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
+from radiosity.light.palette import NEUTRAL, Palette
 from radiosity.light.photometry import EFFICACY
 from radiosity.light.sources import Directional, Falloff, Flood, Light, Point, Spot
 from radiosity.scene.schema import (
@@ -90,9 +91,9 @@ TABLES = {
 STRENGTHS = "intensity", "luminous_intensity", "radiant_flux", "luminous_flux"
 
 
-def read_lights(blocks: Any, problems: list[str]) -> list[Light | Ambient]:
-    """Return the lights that are right; what is wrong with the others becomes problems."""
-    found = []
+def read_lights(blocks: Any, problems: list[str]) -> dict[int, StrictTable]:
+    """Return the tables that are right by number; what is wrong with others becomes problems."""
+    found = {}
     for k, raw in enumerate(blocks if isinstance(blocks, list) else []):
         path, before = ("lights", k), len(problems)
         kind = raw.get("type") if isinstance(raw, dict) else None
@@ -105,7 +106,7 @@ def read_lights(blocks: Any, problems: list[str]) -> list[Light | Ambient]:
             if len(problems) == before:
                 problems += _between_keys(table, raw, path)
             if len(problems) == before:
-                found.append(_light(table))
+                found[k] = table
     return found
 
 
@@ -152,16 +153,16 @@ def _falloff_problems(table, given, path):
         )
 
 
-def _light(table):
-    """Return the light of a table without mistakes."""
+def make_light(table: StrictTable, palette: Palette) -> Light | Ambient:
+    """Return the light of a table without mistakes, in the bands of a palette."""
     if isinstance(table, _AmbientTable):
-        return Ambient(np.array(table.radiance))
+        return Ambient(palette.light(table.radiance))
     if isinstance(table, _DirectionalTable):
         way = np.array(table.direction) / np.abs(table.direction).max()
         way /= np.linalg.norm(way)
-        return Directional(way, np.array(table.irradiance), table.group)
+        return Directional(way, palette.light(table.irradiance), table.group)
     falloff = Falloff() if table.falloff is None else Falloff(**table.falloff.model_dump())
-    made = np.array(table.position), np.ones(3), falloff, table.group
+    made = np.array(table.position), np.ones(palette.bands.count), falloff, table.group
     if isinstance(table, _SpotTable):
         beam, cutoff = np.radians([table.beam_angle, table.cutoff_angle])
         light = Spot(*made, _axis(table), float(beam), float(cutoff))
@@ -169,7 +170,7 @@ def _light(table):
         light = Flood(*made, _axis(table), table.exponent)
     else:
         light = Point(*made)
-    return light.of_intensity(_intensity(table, light.solid_angle))
+    return light.of_intensity(_intensity(table, light.solid_angle, palette))
 
 
 def _axis(table):
@@ -178,12 +179,12 @@ def _axis(table):
     return way / np.linalg.norm(way)
 
 
-def _intensity(table, solid_angle) -> np.ndarray:
-    """Return the intensity (3,) in W/sr of a light that sends into so many steradians."""
+def _intensity(table, solid_angle, palette) -> np.ndarray:
+    """Return the intensity (bands,) in W/sr of a light that sends into so many steradians."""
     if table.intensity is not None:
-        return np.array(table.intensity)
+        return palette.light(table.intensity)
     if table.luminous_intensity is not None:
-        return np.full(3, table.luminous_intensity / EFFICACY)
+        return palette.light(NEUTRAL) * (table.luminous_intensity / EFFICACY)
     if table.radiant_flux is not None:
-        return np.array(table.radiant_flux) / solid_angle
-    return np.full(3, table.luminous_flux / EFFICACY / solid_angle)
+        return palette.light(table.radiant_flux) / solid_angle
+    return palette.light(NEUTRAL) * (table.luminous_flux / EFFICACY / solid_angle)

@@ -129,7 +129,8 @@ class Scene:
     """A scene as read; lengths are in ``unit``, whose size in metres is ``unit_m``.
 
     ``bands`` tells what the numbers of its materials, of its ``lights``, abstract sources that
-    surfaces see and cameras do not, and of its ``ambient`` radiance stand for.
+    surfaces see and cameras do not, and of its ``ambient`` radiance stand for; ``spectra`` names
+    the files that colours come from.
 
     Examples
     --------
@@ -154,6 +155,7 @@ class Scene:
     source: str = ""
     notes: tuple[str, ...] = ()
     bands: Bands = RGB
+    spectra: tuple[str, ...] = ()
 
     def __post_init__(self):
         if self.ambient is None:
@@ -191,7 +193,7 @@ class Scene:
             problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)
             problems += _outside(f"{where}.absorptance", m.absorptance, 1.0, "a share of the light")
             problems += _outside(f"{where}.emission", m.emission, np.inf, "radiance in W/(m2 sr)")
-            problems += _too_bright(m)
+            problems += too_bright(m, self.bands)
         for k, light in enumerate(self.lights):
             problems += _outside(f"lights[{k}]", light.strength, np.inf, "in W/sr, or W/m2")
         problems += _outside("ambient", self.ambient, np.inf, "radiance in W/(m2 sr)")
@@ -225,7 +227,7 @@ def uncovered(where: str, faces: Faces, mine: np.ndarray) -> list[str]:
     ]
 
 
-def _too_bright(material) -> list[str]:
+def too_bright(material: Material, bands: Bands) -> list[str]:
     """Return what is wrong where a material returns more light than arrives."""
     optics = material.specular, material.mirror, material.transmit, material.translucent
     if all(part is None for part in optics):
@@ -233,7 +235,7 @@ def _too_bright(material) -> list[str]:
     from radiosity.scene.energy import excess
 
     texture = material.texture
-    found = excess(material.diffuse if texture is None else texture.highest, *optics)
+    found = excess(material.diffuse if texture is None else texture.highest, *optics, bands.names)
     return [f"materials.{material.name}: {found}"] if found else []
 
 

@@ -5,12 +5,14 @@ import numpy as np
 from radiosity.light import coherent
 from radiosity.light.blinn import Blinn
 from radiosity.light.facets import DISTRIBUTIONS, Beckmann
-from radiosity.light.metals import metal_bands
+from radiosity.light.metals import band_weights, metal_bands, metal_index, metal_range
+from radiosity.light.palette import NEUTRAL, Palette, Rgb
 from radiosity.light.phong import Phong
 from radiosity.light.reflection import shown
 from radiosity.light.seed_forms import SeedForm
 from radiosity.light.shadowing import SHADOWING
 from radiosity.light.torrance_sparrow import TorranceSparrow
+from radiosity.scene.checks import SpectrumFile, value_of
 from radiosity.scene.energy import excess
 from radiosity.scene.schema import (
     ABSORPTANCE,
@@ -20,8 +22,10 @@ from radiosity.scene.schema import (
     at,
     checked,
     dotted,
+    values_of,
 )
 
+RGB_AS_GIVEN = Rgb()
 OF_LOBES = {"phong": Phong, "blinn": Blinn}
 OF_FACETS = ("facets", "roughness", "half_angle", "shadowing", "ior", "metal")
 MISSING = {
@@ -30,12 +34,17 @@ MISSING = {
 }
 
 
-def optics_of(table: MaterialTable) -> tuple:
-    """Return lobe, mirror and transmission of a material that is right, None each if not there."""
-    lobe = table.specular and _lobe(table.specular)
-    index = _index(table.ior, table.metal)
-    mirror = _law(table.mirror, coherent.FresnelMirror, index, None)
-    return lobe, mirror, _law(table.transmit, coherent.FresnelPassage, index, index)
+def optics_of(table: MaterialTable, palette: Palette = RGB_AS_GIVEN) -> tuple:
+    """Return lobe, mirror, transmission and what goes through evenly, None each if not there.
+
+    Of a material that is right, in the bands of a palette.
+    """
+    lobe = table.specular and _lobe(table.specular, palette)
+    index = _index(table.ior, table.metal, palette)
+    mirror = _law(table.mirror, coherent.FresnelMirror, index, None, palette)
+    passage = _law(table.transmit, coherent.FresnelPassage, index, index, palette)
+    through = None if table.translucent is None else palette.share(table.translucent)
+    return lobe, mirror, passage, through
 
 
 def notes_of(name: str, mirror, transmit) -> list[str]:
@@ -147,10 +156,12 @@ def _parts(table, problems):
     base = _base(table)
     rest = {key: table[key] for key in ("mirror", "transmit", "ior", "metal") if key in table}
     made = None if problems else checked(MaterialTable, rest, (), [])
-    mirror, transmit = optics_of(made)[1:] if made else (None, None)
+    told = made and not any(values_of(made, SpectrumFile))
+    mirror, transmit = optics_of(made)[1:3] if told else (None, None)
     specular = table.get("specular")
     right = checked(SpecularTable, specular, (), []) if not problems and specular else None
-    lobe = _lobe(right) if right else _lobe_of_any_exponent(specular)
+    told = right and not any(values_of(right, SpectrumFile))
+    lobe = _lobe(right, RGB_AS_GIVEN) if told else _lobe_of_any_exponent(specular)
     return base, lobe, mirror, transmit, _share(table, "translucent")
 
 
@@ -171,37 +182,53 @@ def _base(table):
 
 
 def _share(table, key, check=REFLECTANCE):
-    try:
-        return np.array(check(table[key])) if key in table else None
-    except ValueError:
-        return None
+    found = value_of(table, key, check)
+    return np.array(found) if isinstance(found, tuple) else None
 
 
-def _lobe(table: SpecularTable):
+def _lobe(table: SpecularTable, palette):
     """Return the reflection model of a table without mistakes."""
     if table.model in OF_LOBES:
-        lobe = OF_LOBES[table.model](np.array(table.reflectance), table.exponent)
+        lobe = OF_LOBES[table.model](palette.share(table.reflectance), table.exponent)
     else:
         kind = DISTRIBUTIONS[table.facets]
         rough = table.roughness is not None
         facets = kind(table.roughness) if rough else kind.of_half_angle(table.half_angle)
-        scale = np.array(table.reflectance or (1.0,) * 3)
-        index, shadowing = _index(table.ior, table.metal), SHADOWING[table.shadowing]
+        scale = palette.share(table.reflectance or NEUTRAL)
+        index, shadowing = _index(table.ior, table.metal, palette), SHADOWING[table.shadowing]
         words = table.metal or (f"index {shown(index)}" if table.ior else "")
         lobe = TorranceSparrow(facets, shadowing, index, scale, words)
     return SeedForm(lobe) if table.convention == "seed" else lobe
 
 
-def _index(ior, metal):
+def _index(ior, metal, palette):
     """Return an index by band, one where all bands have the same; None where none is given."""
+    nm = palette.bands.wavelengths
+    if metal and nm is not None:
+        return metal_index(metal, np.clip(nm, *metal_range()))
     if metal:
-        return metal_bands(metal)
+        return _by_band(metal_bands(metal), palette)
     if ior is None:
         return None
-    return np.array(ior[:1] if len(set(ior)) == 1 else ior)
+    if isinstance(ior, tuple):
+        return np.array(ior[:1]) if len(set(ior)) == 1 else _by_band(np.array(ior), palette)
+    if nm is not None:
+        return np.interp(nm, ior.nm, ior.values)
+    known, weights = band_weights()
+    values = np.interp(known, ior.nm, ior.values)
+    return _by_band(np.clip(weights @ values, values.min(), values.max()), palette)
 
 
-def _law(given, by_fresnel, index, bent):
+def _by_band(rgb, palette):
+    """Return what is given for red, green and blue (3,) in the bands of a palette."""
+    if palette.shares is None:
+        return rgb
+    return rgb @ palette.shares.T
+
+
+def _law(given, by_fresnel, index, bent, palette):
     if given == "fresnel":
         return by_fresnel(index)
-    return None if given is None or not np.any(given) else coherent.Constant(np.array(given), bent)
+    if given is None or not np.any(given):
+        return None
+    return coherent.Constant(palette.share(given), bent)

@@ -5,15 +5,18 @@ Every value has a check, see `radiosity.scene.checks`; pydantic walks the tables
 
 import json
 import re
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from radiosity.scene.checks import (
     Bands,
+    Colour,
     Number,
     Picture,
     Sequence,
+    SpectrumFile,
     Table,
     TextureKey,
     Wrong,
@@ -29,7 +32,7 @@ LARGEST_PICTURE = 16384
 RECEIVES = "a surface cannot reflect more than it receives"
 
 
-def _diffuse(value) -> tuple | TextureKey:
+def _diffuse(value) -> tuple | SpectrumFile | TextureKey:
     return TEXTURE(value) if isinstance(value, dict) else REFLECTANCE(value)
 
 
@@ -74,16 +77,16 @@ def _metal(value) -> str:
     return value
 
 
-REFLECTANCE = Bands(Number(0, 1, RECEIVES))
-ABSORPTANCE = Bands(Number(0, 1, "it is 1 - reflectance"))
+REFLECTANCE = Colour(Number(0, 1, RECEIVES))
+ABSORPTANCE = Colour(Number(0, 1, "it is 1 - reflectance"))
 PICTURE = {"texture": text_value, "encoding": encoding, "repeat": truth_value}
 TEXTURE = Picture(
     PICTURE | {"scale": Bands(Number(0, why="it multiplies reflectances"))},
     'diffuse = { texture = "wood.png" }',
 )
-INDEX = Bands(Number(1, why="vacuum has 1, water 1.33, glass 1.5"))
+INDEX = Colour(Number(1, why="vacuum has 1, water 1.33, glass 1.5"))
 POWER = Number(0, why="light cannot be taken away")
-BANDS = Bands(POWER)
+BANDS = Colour(POWER)
 LENGTH = Number(-LONGEST, LONGEST, "powers of longer lengths cannot be computed")
 POINT = Sequence(LENGTH, 3, "three numbers [x, y, z]")
 BUMP = Picture(PICTURE | {"height": LENGTH}, 'bump = { texture = "b.png", height = 0.01 }')
@@ -242,6 +245,16 @@ def _model_at(model, keys):
         kinds = getattr(model.model_fields[key].annotation, "__args__", ())
         model = next(k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel))
     return model
+
+
+def values_of(table: BaseModel, kind: type) -> Iterator[Any]:
+    """Yield the values of a kind in a checked table and in the tables in it."""
+    for key in type(table).model_fields:
+        value = getattr(table, key)
+        if isinstance(value, BaseModel):
+            yield from values_of(value, kind)
+        elif isinstance(value, kind):
+            yield value
 
 
 def at(path: tuple, value, text: str) -> str:

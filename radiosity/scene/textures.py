@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from radiosity.light.bump import Bump
-from radiosity.light.texture import Texture, srgb_to_linear
-from radiosity.scene.checks import TextureKey
+from radiosity.light.palette import Palette
+from radiosity.light.texture import Mixed, Texture, srgb_to_linear
+from radiosity.scene.checks import SpectrumFile, TextureKey
 from radiosity.scene.energy import ROUNDING
 from radiosity.scene.model import Material, SceneError
-from radiosity.scene.schema import OPTICAL, RECEIVES, MaterialTable, at, dotted
+from radiosity.scene.schema import OPTICAL, RECEIVES, MaterialTable, at, dotted, values_of
 
 LARGEST = 1 << 24  # pixels
 CODED = ".png", ".jpg", ".jpeg"  # whole numbers, of which sRGB is the usual meaning
@@ -27,13 +28,18 @@ class Details:
     texture: Texture | None = None
     bump: Bump | None = None
 
-    def of(self, material: Material) -> Material:
-        """Return a material with these details; of a texture ``diffuse`` is the mean."""
+    def of(self, material: Material, palette: Palette) -> Material:
+        """Return a material with these details; of a texture ``diffuse`` is the mean.
+
+        Its three bands are mixed to those of the palette.
+        """
         found = replace(material, bump=self.bump)
         if self.texture is None:
             return found
-        mean = self.texture.mean
-        return replace(found, texture=self.texture, diffuse=mean, absorptance=1.0 - mean)
+        shares = palette.shares
+        texture = self.texture if shares is None else Mixed(self.texture, shares)
+        mean = texture.mean
+        return replace(found, texture=texture, diffuse=mean, absorptance=1.0 - mean)
 
 
 def read_picture(path: Path, read_bytes: Callable[[Path], bytes]) -> np.ndarray:
@@ -181,9 +187,8 @@ def _reflectance(table, texture, path, problems):
 
 def _with_others(table, highest):
     """Return how a texture's brightest texel and what else a material returns are too much."""
-    if not any(getattr(table, key) for key in OPTICAL):
-        return ""
+    if not any(getattr(table, key) for key in OPTICAL) or any(values_of(table, SpectrumFile)):
+        return ""  # with spectra it is told of all materials
     from radiosity.scene.optics import excess, optics_of
 
-    through = None if table.translucent is None else np.array(table.translucent)
-    return excess(highest, *optics_of(table), through)
+    return excess(highest, *optics_of(table))

@@ -4,22 +4,25 @@ import re
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from radiosity.light import photometry
+from radiosity.light.bands import RGB
+from radiosity.light.palette import ACCURACY, kind_of
 from radiosity.scene.assemble import (
     AXES,
-    DEFAULT_REFLECTANCE,
     default_camera,
     geometry_problem,
+    in_bands,
     with_materials,
 )
 from radiosity.scene.blocks import parts_of
-from radiosity.scene.checks import TextureKey, nearest, value_of
+from radiosity.scene.checks import SpectrumFile, nearest, value_of
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
-from radiosity.scene.lights import Ambient, read_lights
-from radiosity.scene.model import Camera, Material, Scene, SceneError, Truth, uncovered
+from radiosity.scene.lights import Ambient, make_light, read_lights
+from radiosity.scene.materials import make_materials
+from radiosity.scene.model import Camera, Scene, SceneError, Truth, too_bright, uncovered
 from radiosity.scene.schema import (
     OPTICAL,
     POINT,
@@ -32,6 +35,7 @@ from radiosity.scene.schema import (
     at,
     checked,
     dotted,
+    values_of,
 )
 
 
@@ -42,6 +46,9 @@ def read_toml(
     name: str = "",
     merge: bool = True,
     read_picture: Callable[[str], np.ndarray] | None = None,
+    read_text: Callable[[str], str] | None = None,
+    bands: str | int = "auto",
+    accuracy: float = ACCURACY,
 ) -> Scene:
     """Return the scene that a TOML text describes.
 
@@ -59,11 +66,17 @@ def read_toml(
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
     read_picture : callable, optional
         Returns the pixels (h, w, 1 or 3) of a picture named in the text; raises SceneError.
+    read_text : callable, optional
+        Returns the text of a spectrum's file named in the text; raises SceneError.
+    bands, accuracy
+        Of the scene, see `radiosity.light.palette.kind_of`.
 
     Raises
     ------
     SceneError
         With one problem for every mistake in the text and in the files it names.
+    ValueError
+        Unknown ``bands``.
     """
     raw, problems = _parsed(text, source), []
     top = checked(SceneTable, raw, (), problems)
@@ -71,13 +84,13 @@ def read_toml(
     uv = any(map(_names_texture, tables.values() if isinstance(tables, dict) else ()))
     parts = parts_of(raw.get("geometry", []), read_geometry, merge, uv, problems)
     materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
-    details = {}
-    if uv:
-        from radiosity.scene.textures import details_of  # others need none of it
-
-        details = details_of(materials, read_picture, problems)
+    details = _details(materials, read_picture, problems) if uv else {}
     cameras = _tables(CameraTable, raw, "cameras", problems, _camera_problems)
     lights = read_lights(raw.get("lights", []), problems)
+    coloured = [
+        _with_spectra(found, key, read_text, problems)
+        for key, found in (("materials", materials), ("lights", lights))
+    ]
     truth = _truth(raw, problems)
     geometry = joined(parts) if parts and None not in parts else None
     if geometry is not None:
@@ -96,26 +109,76 @@ def read_toml(
         unit=top.unit,
         unit_m=UNITS[top.unit],
         up=top.up,
-        ambient=sum((s.radiance for s in lights if isinstance(s, Ambient)), np.zeros(3)),
-        lights=tuple(s for s in lights if not isinstance(s, Ambient)),
         truth=truth,
         source=source,
         notes=geometry.notes,
+        spectra=_spectra_of(materials, lights, geometry),
     )
-    return _completed(scene, geometry, materials, details)
+    kind = kind_of(bands, bool(scene.spectra), accuracy)
+    has_spectra = _names_spectra(materials) or _names_spectra(lights)
+    return in_bands(kind, has_spectra, partial(_completed, scene, geometry, *coloured, details))
 
 
-def _completed(scene, geometry, tables, details):
-    """Return a scene with its materials, and with a camera where it has none."""
-    made, notes = _materials(tables, geometry, scene.unit_m)
-    made |= {name: found.of(made[name]) for name, found in details.items()}
-    faces, materials, more = with_materials(geometry, made)
+def _details(materials, read_picture, problems):
+    from radiosity.scene.textures import details_of  # others need none of it
+
+    return details_of(materials, read_picture, problems)
+
+
+def _spectra_of(materials, lights, geometry):
+    """Return the names of the files with spectra that faces and lights have."""
+    used = [*lights.values(), *(materials[n] for n in geometry.material_names if n in materials)]
+    files = (file.name for table in used for file in values_of(table, SpectrumFile))
+    return tuple(dict.fromkeys(files))
+
+
+def _names_spectra(tables) -> bool:
+    return any(f for table in tables.values() if table for f in values_of(table, SpectrumFile))
+
+
+def _with_spectra(tables, key, read_text, problems):
+    """Return tables with the spectra read that they name."""
+    if not _names_spectra(tables):
+        return tables
+    from radiosity.scene.spectra import resolved
+
+    found = ((k, table) for k, table in tables.items() if table)
+    return {k: resolved(table, (key, k), read_text, problems) for k, table in found}
+
+
+def _completed(scene, geometry, tables, lights, details, palette):
+    """Return a scene with its materials and lights, and with a camera where it has none."""
+    made, notes = make_materials(tables, geometry, scene.unit_m, palette)
+    made |= {name: found.of(made[name], palette) for name, found in details.items()}
+    problems = [p for m in made.values() for p in too_bright(m, palette.bands)]
+    if problems:
+        raise SceneError(scene.source, problems)
+    faces, materials, more = with_materials(geometry, made, palette)
+    notes += _colour_notes(scene, palette)
+    lights = [make_light(table, palette) for table in lights.values()]
+    dark = np.zeros(palette.bands.count)
     cameras = scene.cameras
     if not cameras:
         cameras = {DEFAULT: default_camera(faces, scene.up)}
         more.append("no camera is given: one outside looks at the whole scene")
-    notes = (*scene.notes, *notes, *more)
-    return replace(scene, faces=faces, materials=materials, cameras=cameras, notes=notes)
+    return replace(
+        scene, faces=faces, materials=materials, cameras=cameras, bands=palette.bands,
+        ambient=sum((s.radiance for s in lights if isinstance(s, Ambient)), dark),
+        lights=tuple(s for s in lights if not isinstance(s, Ambient)),
+        truth=scene.truth if palette.bands is RGB else None,
+        notes=(*scene.notes, *notes, *more),
+    )  # fmt: skip
+
+
+def _colour_notes(scene, palette):
+    """Yield what is lost where colours are not what the file gives."""
+    if scene.spectra and palette.bands.wavelengths is None:
+        yield (
+            f"{', '.join(scene.spectra)}: taken as they look in the scene's own light, within "
+            "sRGB; --bands spectral tells wavelengths apart"
+        )
+    if scene.truth is not None and palette.bands is not RGB:
+        yield "truth is left out: it holds for red, green and blue"
 
 
 def _parsed(text, source):
@@ -224,65 +287,6 @@ def _uncovered(details, geometry):
         if name in geometry.material_names:
             mine = geometry.faces.material == geometry.material_names.index(name)
             yield from uncovered(f"materials.{name}", geometry.faces, mine)
-
-
-def _materials(tables, geometry, unit_m):
-    """Return the materials of the scene file by name, and notes."""
-    made, notes = {}, []
-    areas = geometry.faces.areas() * unit_m**2
-    for name, table in tables.items():
-        used = name in geometry.material_names
-        faces = geometry.faces.material == (geometry.material_names.index(name) if used else -1)
-        lobe, mirror, transmit, said = _optics(name, table)
-        through = None if table.translucent is None else np.array(table.translucent)
-        shines = any(part is not None for part in (lobe, mirror, transmit, through))
-        diffuse, absorptance, note = _diffuse(name, table, shines)
-        notes += [note, *said] if note else said
-        emission = _radiance(table.emission, float(areas[faces].sum()))
-        made[name] = Material(name, diffuse, absorptance, emission, lobe, table.two_sided,
-                              mirror, transmit, through)  # fmt: skip
-    return made, notes
-
-
-def _optics(name, table):
-    """Return lobe, mirror and transmission of a material, and notes."""
-    if not any(getattr(table, key) for key in OPTICAL):
-        return None, None, None, []
-    from radiosity.scene.optics import notes_of, optics_of
-
-    lobe, mirror, transmit = optics_of(table)
-    return lobe, mirror, transmit, notes_of(name, mirror, transmit)
-
-
-def _diffuse(name, table, shines):
-    """Return reflectance and absorptance (3,), and a note where neither is given."""
-    if isinstance(table.diffuse, TextureKey):
-        return np.zeros(3), np.ones(3), None  # the texture tells
-    if table.absorptance is not None:
-        absorptance = np.array(table.absorptance)
-        return 1 - absorptance, absorptance, None
-    if table.diffuse is not None:
-        return np.array(table.diffuse), 1 - np.array(table.diffuse), None
-    value = 0.0 if shines else DEFAULT_REFLECTANCE
-    diffuse = np.full(3, value)
-    return diffuse, 1 - diffuse, f'material "{name}" gives no diffuse: {value:g} is taken'
-
-
-def _radiance(emission, area):
-    """Return the emitted radiance (3,) in W/(m2 sr) of a material of some area in m2."""
-    if emission is None:
-        return np.zeros(3)
-    if emission.radiance is not None:
-        return np.array(emission.radiance)
-    if emission.exitance is not None:
-        return photometry.radiance_from_exitance(emission.exitance)
-    if emission.luminance is not None:
-        return photometry.radiance_from_luminance(emission.luminance)
-    if area == 0:
-        return np.zeros(3)
-    if emission.radiant_flux is not None:
-        return photometry.radiance_from_radiant_flux(emission.radiant_flux, area)
-    return photometry.radiance_from_luminous_flux(emission.luminous_flux, area)
 
 
 def _camera(name, table, up):

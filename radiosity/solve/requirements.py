@@ -19,7 +19,7 @@ from radiosity.solve.level import STIFF, THROUGH, solve_level
 from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import WORTH
-from radiosity.solve.system import lights_of, reflectance_of, translucent
+from radiosity.solve.system import lights_of, side_reflectance, translucent
 
 TRIED = 0.1  # share of the work foreseen that rounds are tried for, at least one
 # Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
@@ -201,17 +201,35 @@ def _requirements(scene, plan, reach, is_open) -> tuple[Requirement, ...]:
 
 
 def _bands(scene, plan, reach, is_open):
-    used = [scene.materials[k] for k in np.unique(scene.faces.material)]
-    rho = np.array([reflectance_of(m) for m in used])
+    index = np.unique(scene.faces.material)
+    used = [scene.materials[k] for k in index]
+    rho = np.concatenate([side_reflectance(scene)[0], translucent(scene)])
+    rho = rho[np.append(index, index + len(scene.materials))]
     lamps = [lamp.strength for lamp in scene.lights]
     emitted = np.array([m.emission for m in used] + [scene.ambient, *lamps])
     grey = np.all(rho == rho[:, :1]) and np.linalg.matrix_rank(emitted) <= 1
     grey = grey and all(m.texture is None or m.texture.grey for m in used)
+    count, wavelengths = scene.bands.count, scene.bands.wavelengths is not None
+    model = f"{count} wavelengths" if wavelengths else str(count)
     if plan.recipe.force:
-        return Requirement("bands", str(scene.bands.count), "all are asked for (--force)")
-    if grey:
+        return Requirement("bands", model, "all are asked for (--force)")
+    if grey and count > 1:
         return Requirement("bands", "1", "all is grey, and all lights have one colour")
-    return Requirement("bands", str(scene.bands.count), "reflectances or lights differ in colour")
+    if count == 1:
+        return Requirement("bands", model, "the luminance only is asked for (--bands grey)")
+    if wavelengths:
+        return Requirement("bands", model, _listed(scene.spectra) or "asked for (--bands)")
+    if scene.spectra:
+        return Requirement("bands", model, f"{_listed(scene.spectra)}, taken as RGB (--bands rgb)")
+    return Requirement("bands", model, "reflectances or lights differ in colour")
+
+
+def _listed(spectra) -> str:
+    """Return which colours are spectra, the first of them by name; "" of none."""
+    if not spectra:
+        return ""
+    more = f" and {len(spectra) - 2} more" if len(spectra) > 2 else ""
+    return f"spectra are given: {', '.join(spectra[:2])}{more}"
 
 
 def _visibility(scene, plan, reach, is_open):

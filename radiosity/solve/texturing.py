@@ -35,7 +35,7 @@ def mean_over(
     Exact where texture coordinates are affine on a face, as on all triangles; elsewhere of second
     order in the size of a part, of PARTS x PARTS a polygon.
     """
-    found = np.empty((len(face), texture.texels.shape[2]))
+    found = np.empty((len(face), texture.bands))
     even = faces.is_triangle[face] | affine(faces.vertices, faces.uv)[face]
     found[even] = _plainly(texture, faces, table, face[even], polygons[even])
     if not even.all():

@@ -9,6 +9,7 @@ from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Scene
 from radiosity.solve.cases import BOX, Check, elements, extremes, obstructed, polygons, timed
 from radiosity.solve.cie import cie171
+from radiosity.solve.colours import colours
 from radiosity.solve.curved import curved, sphere
 from radiosity.solve.limits import limits, room_of
 from radiosity.solve.reflecting import reflection
@@ -52,7 +53,7 @@ def rooms() -> Iterator[Check]:
 SUITES = {
     "elements": elements, "polygons": polygons, "extremes": extremes, "obstructed": obstructed,
     "curved": curved, "rooms": rooms, "limits": limits, "cie171": cie171,
-    "reflection": reflection,
+    "reflection": reflection, "colour": colours,
 }  # fmt: skip
 
 

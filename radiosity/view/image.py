@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from radiosity.light.colour import encode, in_gamut, outside
 from radiosity.transport.files import written_whole
 
 _SHOWN = 0.8  # linear display value of the percentile below, automatic exposure
@@ -55,15 +56,23 @@ class Image:
             raise ValueError(f"exposure = {self.exposure} must be positive and finite")
         object.__setattr__(self, "pixels", pixels)
 
+    @property
+    def outside(self) -> int:
+        """Return how many pixels lie outside of sRGB: kept in linear files, greyed in ``.png``."""
+        return int(np.sum(outside(self.pixels * self.exposure)))
 
-def tone_map(pixels: np.ndarray, exposure: float) -> np.ndarray:
-    """Return 8-bit sRGB values of linear radiance, in the input's shape.
+    def shown(self, gamma: float | None = None) -> np.ndarray:
+        """Return (h, w, 3) uint8 for a screen of sRGB, or of a gamma; greyed where `outside`."""
+        return tone_map(in_gamut(self.pixels.astype(np.float64) * self.exposure), 1.0, gamma)
 
-    With c = exposure * L, clipped to [0, 1]: v = 12.92 c for c <= 0.0031308, otherwise
-    v = 1.055 c^(1/2.4) - 0.055; the result is 255 v, rounded to nearest. IEC 61966-2-1 (sRGB).
+
+def tone_map(pixels: np.ndarray, exposure: float, gamma: float | None = None) -> np.ndarray:
+    """Return 8-bit display values of linear radiance, in the input's shape.
+
+    255 v, rounded to nearest, with v the `encode` of exposure * L, clipped to [0, 1]: by sRGB's
+    curve or a power 1/gamma.
     """
-    c = np.clip(np.asarray(pixels, dtype=np.float64) * exposure, 0.0, 1.0)
-    v = np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1.0 / 2.4) - 0.055)
+    v = encode(np.asarray(pixels, dtype=np.float64) * exposure, gamma)
     return np.floor(255.0 * v + 0.5).astype(np.uint8)
 
 
@@ -95,17 +104,17 @@ def exposure_for(luminances: np.ndarray, weights: np.ndarray) -> float:
     return float(_SHOWN / level)
 
 
-def write(image: Image, path: str | PathLike) -> None:
+def write(image: Image, path: str | PathLike, gamma: float | None = None) -> None:
     """Write a picture: whole, or not at all.
 
-    ``.png`` is tone-mapped with the image's exposure (8-bit sRGB); ``.exr`` and ``.npy`` keep the
-    float32 radiance exactly; ``.hdr`` (Radiance RGBE) keeps it to 1/256 of a pixel's brightest
-    band, negative values become 0.
+    ``.png`` is tone-mapped with the image's exposure (8-bit sRGB, or for screens of a ``gamma``);
+    ``.exr`` and ``.npy`` keep the float32 radiance exactly; ``.hdr`` (Radiance RGBE) keeps it to
+    1/256 of a pixel's brightest band, negative values become 0.
 
     Raises
     ------
     ValueError
-        For any other suffix.
+        For any other suffix, a gamma that is not positive, or one for what is not ``.png``.
     OSError
         Where the file cannot be written.
 
@@ -113,14 +122,21 @@ def write(image: Image, path: str | PathLike) -> None:
     --------
     >>> write(Image(np.ones((2, 3, 3))), "grey.exr")
     """
-    suffix = check_suffix(path)
+    suffix = check_suffix(path, gamma)
     with written_whole(path) as temporary:
-        _WRITERS[suffix](image, temporary)
+        if gamma is None:
+            _WRITERS[suffix](image, temporary)
+        else:
+            _write_png(image, temporary, gamma)
 
 
-def check_suffix(path: str | PathLike) -> str:
+def check_suffix(path: str | PathLike, gamma: float | None = None) -> str:
     """Return a picture file's suffix; raise ValueError where it is none that `write` knows."""
     suffix = Path(path).suffix.lower()
+    if gamma is not None:
+        encode(0.0, gamma)
+        if suffix in _WRITERS and suffix != ".png":
+            raise ValueError(f"gamma = {gamma:g} is for .png: {suffix} keeps linear radiance")
     if suffix not in _WRITERS:
         raise ValueError(
             f"picture file {str(path)!r} has the suffix {suffix!r}; supported are "
@@ -137,10 +153,10 @@ def _percentile(values, weights):
     return values[order][at]
 
 
-def _write_png(image, path):
+def _write_png(image, path, gamma=None):
     import imageio.v3
 
-    imageio.v3.imwrite(path, tone_map(image.pixels, image.exposure), extension=".png")
+    imageio.v3.imwrite(path, image.shown(gamma), extension=".png")
 
 
 def _write_exr(image, path):

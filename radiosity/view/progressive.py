@@ -11,7 +11,6 @@ import numpy as np
 from radiosity.scene.model import Camera
 from radiosity.solve.solution import Solution
 from radiosity.view import gather
-from radiosity.view.image import tone_map
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class Job:
                     solution, camera, size=camera.size, samples=samples, stop=self._stopped.is_set
                 )
                 for done, image in enumerate(passes, start=1):
-                    self._newest = _Progress(done, tone_map(image.pixels, image.exposure))
+                    self._newest = _Progress(done, image.shown())
         except Exception as error:  # for the main thread to raise
             self.error = error
 

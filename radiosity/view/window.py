@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from radiosity.light.colour import in_gamut
 from radiosity.scene.model import Camera
 from radiosity.solve.solution import Solution
 from radiosity.transport.files import written_whole
@@ -244,13 +245,13 @@ class Window:
         mesh = to_pyvista(self._solution)
         exposure, to_rgb = auto_exposure(self._solution), self._solution.scene.bands.to_rgb
         corners = mesh.point_data["radiosity_W_m2"].reshape(mesh.n_points, -1)
-        mesh.point_data["shown"] = display(to_rgb(corners) / np.pi, exposure)
+        mesh.point_data["shown"] = display(in_gamut(to_rgb(corners) / np.pi * exposure), 1.0)
         self._surfaces = self.plotter.add_mesh(
             mesh, scalars="shown", rgb=True, lighting=False, culling="back",
             edge_color="#404448", line_width=1, reset_camera=False, show_scalar_bar=False,
         )  # fmt: skip
-        outside = display(to_rgb(self._solution.surroundings.field.outside) / np.pi, exposure)
-        self.plotter.set_background([int(v) for v in outside])
+        outside = to_rgb(self._solution.surroundings.field.outside) / np.pi * exposure
+        self.plotter.set_background([int(v) for v in display(in_gamut(outside), 1.0)])
 
     def _text(self, words, height):
         actor = self.plotter.add_text(
