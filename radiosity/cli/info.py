@@ -97,6 +97,8 @@ def _detail(material) -> str:
         height, width, _ = material.texture.texels.shape
         words += f"  texture {width}x{height}, from {_bands(material.texture.lowest)} to "
         words += _bands(material.texture.highest)
+    if material.shininess is not None:
+        words += f"  roughness by a texture from {material.shininess.minimum:g}"
     if material.bump is not None:
         words += f"  bumps {material.bump.height:g} high"
     return words

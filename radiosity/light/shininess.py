@@ -1,6 +1,40 @@
 """Shininess from a texture: facets whose spread varies over a surface (Blinn 1977)."""
 
+from dataclasses import dataclass
+
 import numpy as np
+
+from radiosity.light.texture import Texture
+
+
+@dataclass(frozen=True)
+class Shininess:
+    """A picture t of the spread of facets, c3 = c_min + (1 - c_min) t.
+
+    Attributes
+    ----------
+    texture : Texture
+        Of one band, in [0, 1]: 0 is shiny, 1 dull.
+    minimum : float
+        c_min in (0, 1].
+
+    Examples
+    --------
+    >>> Shininess(Texture([[[0.0], [1.0]]]), 0.2).at([[0.25, 0.5], [0.5, 0.5]]).round(3).tolist()
+    [0.2, 0.6]
+    """
+
+    texture: Texture
+    minimum: float
+
+    def at(self, uv: np.ndarray) -> np.ndarray:
+        """Return c3 (k,) at texture coordinates (k, 2)."""
+        return spread(self.minimum, np.clip(self.texture.at(uv)[:, 0], 0.0, 1.0))
+
+    @property
+    def mean(self) -> float:
+        """Return the mean of c3 over the picture."""
+        return float(spread(self.minimum, self.texture.mean[0]))
 
 
 def spread(minimum: float, texture) -> np.ndarray:

@@ -145,6 +145,7 @@ class TextureKey:
     texture: str
     scale: tuple = (1.0, 1.0, 1.0)
     height: float = 1.0
+    minimum: float | None = None
     encoding: str | None = None
     repeat: bool = True
 

@@ -11,6 +11,7 @@ from radiosity.mesh.faces import Faces
 
 if TYPE_CHECKING:
     from radiosity.light.bump import Bump
+    from radiosity.light.shininess import Shininess
     from radiosity.light.texture import Texture
 
 
@@ -56,6 +57,8 @@ class Material:
         Reflectance of each point, whose mean ``diffuse`` is.
     bump : Bump, optional
         Relief, in scene units, seen in pictures.
+    shininess : Shininess, optional
+        Roughness of the lobe at each point, in pictures; elsewhere the lobe has its mean.
 
     Examples
     --------
@@ -75,11 +78,17 @@ class Material:
     translucent: np.ndarray | None = None
     texture: "Texture | None" = None
     bump: "Bump | None" = None
+    shininess: "Shininess | None" = None
 
     @property
     def least_absorptance(self) -> np.ndarray:
         """Return 1 - reflectance (bands,) where the surface is brightest."""
         return self.absorptance if self.texture is None else 1.0 - self.texture.highest
+
+    @property
+    def is_detailed(self) -> bool:
+        """Whether a picture tells something of it that varies inside of faces."""
+        return any(x is not None for x in (self.texture, self.bump, self.shininess))
 
     @property
     def emits(self) -> bool:
@@ -187,7 +196,7 @@ class Scene:
             if m.texture is not None:
                 bounds = np.append(m.texture.lowest, m.texture.highest)
                 problems += _outside(f"{where}.texture", bounds, 1.0, "it is a reflectance")
-            if m.texture is not None or m.bump is not None:
+            if m.is_detailed:
                 problems += uncovered(where, self.faces, self.faces.material == k)
             why = "a surface cannot reflect more than it receives"
             problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)

@@ -12,7 +12,7 @@ from radiosity.light.reflection import shown
 from radiosity.light.seed_forms import SeedForm
 from radiosity.light.shadowing import SHADOWING
 from radiosity.light.torrance_sparrow import TorranceSparrow
-from radiosity.scene.checks import SpectrumFile, value_of
+from radiosity.scene.checks import SpectrumFile, TextureKey, value_of
 from radiosity.scene.energy import excess
 from radiosity.scene.schema import (
     ABSORPTANCE,
@@ -89,6 +89,7 @@ def _specular_problems(table, path):
         + _one_of(table, path, ("roughness", "half_angle"), needed=True)
         + _one_of(table, path, ("ior", "metal"))
         + _beckmann_problems(table, path)
+        + _shininess_problems(table, path)
     )
 
 
@@ -116,6 +117,14 @@ def _beckmann_problems(table, path):
     except ValueError as error:
         return [at((*path, "half_angle"), beta, str(error).split(" degrees ", 1)[1])]
     return []
+
+
+def _shininess_problems(table, path):
+    facets = table.get("facets", "trowbridge-reitz")
+    if not isinstance(table.get("roughness"), dict) or facets == "trowbridge-reitz":
+        return []
+    text = "cannot have their roughness from a texture: use trowbridge-reitz, whose c3 it is"
+    return [at((*path, "facets"), facets, text)]
 
 
 def _coherent_problems(table, path):
@@ -192,13 +201,20 @@ def _lobe(table: SpecularTable, palette):
         lobe = OF_LOBES[table.model](palette.share(table.reflectance), table.exponent)
     else:
         kind = DISTRIBUTIONS[table.facets]
-        rough = table.roughness is not None
-        facets = kind(table.roughness) if rough else kind.of_half_angle(table.half_angle)
+        facets = _facets(kind, table)
         scale = palette.share(table.reflectance or NEUTRAL)
         index, shadowing = _index(table.ior, table.metal, palette), SHADOWING[table.shadowing]
         words = table.metal or (f"index {shown(index)}" if table.ior else "")
         lobe = TorranceSparrow(facets, shadowing, index, scale, words)
     return SeedForm(lobe) if table.convention == "seed" else lobe
+
+
+def _facets(kind, table):
+    """Return the facets of a table; of a texture the shiniest, see `textures.Details`."""
+    if table.roughness is None:
+        return kind.of_half_angle(table.half_angle)
+    textured = isinstance(table.roughness, TextureKey)
+    return kind(table.roughness.minimum if textured else table.roughness)
 
 
 def _index(ior, metal, palette):

@@ -69,6 +69,16 @@ def _coherent(value) -> tuple | str:
     return REFLECTANCE(value)
 
 
+def _roughness(value) -> float | TextureKey:
+    """Return a spread of facets, or a texture of it."""
+    if not isinstance(value, dict):
+        return SPREAD(value)
+    key = SHININESS(value)
+    if key.minimum is None:
+        raise Wrong((("minimum",), None, "is missing: c3 = minimum + (1 - minimum) t, above 0"))
+    return key
+
+
 def _metal(value) -> str:
     from radiosity.light.metals import metal_names
 
@@ -89,6 +99,10 @@ POWER = Number(0, why="light cannot be taken away")
 BANDS = Colour(POWER)
 LENGTH = Number(-LONGEST, LONGEST, "powers of longer lengths cannot be computed")
 POINT = Sequence(LENGTH, 3, "three numbers [x, y, z]")
+SPREAD = Number(1e-4, 1, "from a mirror, which the key mirror gives, to 1")
+SHININESS = Picture(
+    PICTURE | {"minimum": SPREAD}, 'roughness = { texture = "t.png", minimum = 0.1 }'
+)
 BUMP = Picture(PICTURE | {"height": LENGTH}, 'bump = { texture = "b.png", height = 0.01 }')
 SCALE = Bands(LENGTH, "a number or [x, y, z]")
 POLYGON = Sequence(POINT, None, "a list of points [x, y, z]")
@@ -121,7 +135,7 @@ class SpecularTable(StrictTable):
     reflectance: taken_by(REFLECTANCE) = None
     exponent: taken_by(Number(0, why="the lobe is cos^exponent")) = None
     facets: Literal["gaussian", "beckmann", "trowbridge-reitz"] = "trowbridge-reitz"
-    roughness: taken_by(Number(1e-4, 1, "from a mirror, which the key mirror gives, to 1")) = None
+    roughness: taken_by(_roughness) = None
     half_angle: taken_by(Number(0, 90, "in degrees", inclusive=False)) = None
     shadowing: Literal["v-groove", "smith"] = "v-groove"
     ior: taken_by(INDEX) = None

@@ -10,6 +10,7 @@ import numpy as np
 
 from radiosity.light.bump import Bump
 from radiosity.light.palette import Palette
+from radiosity.light.shininess import Shininess
 from radiosity.light.texture import Mixed, Texture, srgb_to_linear
 from radiosity.scene.checks import SpectrumFile, TextureKey
 from radiosity.scene.energy import ROUNDING
@@ -23,17 +24,21 @@ SUFFIXES = (*CODED, ".exr", ".npy")
 
 @dataclass(frozen=True)
 class Details:
-    """What the textures of a material tell: its reflectance, its relief."""
+    """What the textures of a material tell: its reflectance, its relief, its shininess."""
 
     texture: Texture | None = None
     bump: Bump | None = None
+    shininess: Shininess | None = None
 
     def of(self, material: Material, palette: Palette) -> Material:
-        """Return a material with these details; of a texture ``diffuse`` is the mean.
+        """Return a material with these details; of textures diffuse and roughness are the mean.
 
-        Its three bands are mixed to those of the palette.
+        The three bands of a reflectance are mixed to those of the palette.
         """
-        found = replace(material, bump=self.bump)
+        found = replace(material, bump=self.bump, shininess=self.shininess)
+        if self.shininess is not None:
+            lobe = found.specular.with_roughness(self.shininess.mean)
+            found = replace(found, specular=lobe)
         if self.texture is None:
             return found
         shares = palette.shares
@@ -130,7 +135,7 @@ def details_of(
     """Return the details of the materials that have some; what is wrong becomes a problem."""
     found = {}
     for name, table in tables.items():
-        before, texture, bump = len(problems), None, None
+        before, texture, bump, shininess = len(problems), None, None, None
         if table is None:
             continue
         path = ("materials", name, "diffuse")
@@ -141,8 +146,11 @@ def details_of(
             bump = _read(replace(table.bump, encoding=table.bump.encoding or "linear"),
                          (*path[:2], "bump"), picture, problems)  # fmt: skip
             bump = bump and Bump(replace(bump, texels=bump.texels[..., :1]), table.bump.height)
-        if (texture or bump) and len(problems) == before:
-            found[name] = Details(texture, bump)
+        rough = table.specular and table.specular.roughness
+        if isinstance(rough, TextureKey):
+            shininess = _shininess(rough, (*path[:2], "specular", "roughness"), picture, problems)
+        if (texture or bump or shininess) and len(problems) == before:
+            found[name] = Details(texture, bump, shininess)
     return found
 
 
@@ -162,6 +170,23 @@ def _read(key, path, picture, problems):
     if key.encoding == "sRGB" or (key.encoding is None and coded):
         pixels = srgb_to_linear(pixels)
     return Texture(pixels, key.repeat)
+
+
+def _shininess(key, path, picture, problems):
+    """Return the shininess that a texture tells; texels out of bounds are problems."""
+    texture = _read(replace(key, encoding=key.encoding or "linear"), path, picture, problems)
+    if texture is None:
+        return None
+    texels = texture.texels[..., :1]
+    wrong = np.argwhere((texels < 0.0) | (texels > 1.0 + ROUNDING))
+    if len(wrong):
+        row, column, _ = wrong[0]
+        problems.append(
+            f'{dotted((*path, "texture"))} = "{key.texture}" row {row}, column {column}: '
+            f"{texels[row, column, 0]:.6g} must lie in [0, 1]: 0 is shiny, 1 is dull"
+        )
+        return None
+    return Shininess(replace(texture, texels=texels), key.minimum)
 
 
 def _reflectance(table, texture, path, problems):

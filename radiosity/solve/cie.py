@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from radiosity.analytic import load_cases
+from radiosity.light import refraction
 from radiosity.light.sources import Flood, Point
 from radiosity.scene.model import Scene
 from radiosity.solve.cases import BOX, Check, timed
@@ -17,6 +18,7 @@ from radiosity.solve.solve import solve
 
 ASKED = 0.005  # accuracy
 MEAN, POINT = 0.005, 0.01  # bounds of area averages, and at points
+EXACT = 1e-12
 GRAZED = 1e-5  # absolute, of a point that looks along an edge to the very end of what shines
 UP, DOWN, ALONG = np.array([0, 0, 1.0]), np.array([0, 0, -1.0]), np.array([0, 1.0, 0])
 ROOM = BOX * [4, 4, 3]
@@ -26,11 +28,10 @@ def cie171() -> Iterator[Check]:
     """Points and areas that shine, flux, a sky opening, an obstruction, reflections in a room."""
     kinds = {
         "cie52": _point_source, "isotropic": _isotropic, "cie53": _area_source, "cie54": _flux,
-        "cie56": _ground, "cie57": _obstructed, "cie58": _reflected, "sky_roof": _sky_opening,
+        "glass_poly": _fitted_glass, "slab": _glass, "cie56": _ground, "cie57": _obstructed, "cie58": _reflected, "sky_roof": _sky_opening,
     }  # fmt: skip
     for case in load_cases("cie171"):
-        if case["geometry"]["type"] in kinds:
-            yield from kinds[case["geometry"]["type"]](case)
+        yield from kinds[case["geometry"]["type"]](case)
 
 
 def _illuminance(scene: Scene, points, normal) -> np.ndarray:
@@ -98,6 +99,26 @@ def _flux(case):
     expected = [case["value"][k] for k in ("floor", "ceiling", "x0", "x1", "y0", "y1")]
     yield timed("cie171", case["id"], expected, MEAN, found)
     yield timed("cie171", f"{case['id']} sum", g["Phi"], MEAN, lambda: found().sum())
+
+
+def _glass(case):
+    """Check a clear pane, with and without reflections between its sides, at angles."""
+    g, (every, single) = case["geometry"], case["value"]
+    c, n = np.cos(np.radians(g["angles"])), g["n"]
+    yield timed("cie171", f"{case['id']} all bounces", every, EXACT,
+                lambda: refraction.pane_transmittance(c, n))  # fmt: skip
+    yield timed("cie171", f"{case['id']} one pass", single, EXACT,
+                lambda: refraction.single_pass_transmittance(c, n))  # fmt: skip
+
+
+def _fitted_glass(case):
+    """Print a fit to measured glass beside a pane of index 1.52, which it need not agree with."""
+    g = case["geometry"]
+    c = np.cos(np.radians(g["angles"][:-1]))
+    fit = refraction.fitted_pane_transmittance(c, g["coeff"])
+    for degrees, cosine, value in zip(g["angles"], c, fit, strict=False):
+        yield timed("cie171", f"{case['id']} {degrees} deg, printed only", value, np.inf,
+                    lambda x=cosine: refraction.pane_transmittance(x, 1.52))  # fmt: skip
 
 
 def _ground(case):

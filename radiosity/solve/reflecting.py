@@ -1,11 +1,11 @@
-"""Tabulated cases of reflection: Fresnel, panes, facets, Torrance-Sparrow, albedos of lobes."""
+"""Tabulated cases of reflection: Fresnel, facets, Torrance-Sparrow, albedos of lobes."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from radiosity.analytic import load_cases
-from radiosity.light import fresnel, refraction
+from radiosity.light import fresnel
 from radiosity.light.blinn import blinn_albedo
 from radiosity.light.facets import Beckmann, CosinePower, Gaussian, TrowbridgeReitz
 from radiosity.light.frames import polar
@@ -55,21 +55,6 @@ def _inside(case, g):
     yield _check(
         case, "angle", case["value"]["critical_deg"], lambda: np.degrees(np.arcsin(g["n_rel"]))
     )
-
-
-def _pane(case, g):
-    c, n = _cosines(g["angles"]), g["n"]
-    every, single = case["value"]
-    yield _check(case, "all bounces", every, lambda: refraction.pane_transmittance(c, n))
-    yield _check(case, "one pass", single, lambda: refraction.single_pass_transmittance(c, n))
-
-
-def _fitted_pane(case, g):
-    expected = np.maximum(case["value"], 0.0)
-    c, t = _cosines(g["angles"][:-1]), g["coeff"]
-    yield _check(
-        case, "", expected[:-1], lambda: refraction.fitted_pane_transmittance(c, t)
-    )  # at 90 degrees the fit is below 0
 
 
 def _distributions(case, g):
@@ -151,7 +136,7 @@ def _blinn(case, g):
 
 SHAPES = {
     "fresnel_dielectric": _dielectric, "fresnel_conductor": _conductor, "fresnel_tir": _inside,
-    "slab": _pane, "glass_poly": _fitted_pane, "blinn_D": _distributions, "blinn_D_norm": _norms,
+    "blinn_D": _distributions, "blinn_D_norm": _norms,
     "beckmann": _beckmann, "blinn_ts": _rows, "ts_peak": _peak, "phong_albedo": _phong,
     "blinnphong_albedo": _blinn,
 }  # fmt: skip

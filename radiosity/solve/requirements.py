@@ -328,11 +328,14 @@ def _detail(scene, plan, reach, is_open):
     used = [scene.materials[k] for k in np.unique(scene.faces.material)]
     textured = [m.name for m in used if m.texture is not None]
     bumped = [m.name for m in used if m.bump is not None]
+    rough = [m.name for m in used if m.shininess is not None]
     found = []
     if textured:
         found.append(f"textures of {', '.join(textured)}, on patches their means")
     if bumped:
         found.append(f"bumps of {', '.join(bumped)}")
+    if rough:
+        found.append(f"shininess of {', '.join(rough)}, elsewhere of mean roughness")
     if scene.faces.is_curved.any():
         found.append("faces that stand for a curved surface")
     if found:

@@ -44,6 +44,13 @@ class Detail:
             found[mine] = np.where(here.any(axis=1, keepdims=True), texture.at(uv), here)
         return found
 
+    def roughness(self, face: np.ndarray, points: np.ndarray) -> np.ndarray | None:
+        """Return the roughness (k,) of a lobe at points of one material, None where it is even."""
+        told = [m.shininess for m in self.scene.materials]
+        for shininess, _, weight, _ in self._used(told, face, points):
+            return shininess.at(between(self.scene.faces.uv[face], weight))
+        return None
+
     def normals(self, face: np.ndarray, points: np.ndarray, sides: np.ndarray) -> np.ndarray:
         """Return the unit shading normals (k, 3) at points of faces, on the sides (k,) 1 or -1."""
         faces = self.scene.faces

@@ -263,9 +263,8 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
             out = dimming(coats, normals[k], to_view[k])
             indirect[k] *= out
             direct[k] = out * entering(around, coats, *here, keys[k], aims, seed)
-        glossy[k] = glossy_radiance(
-            around, shading.lobes[which], *here, to_view[k], keys[k], aims, seed
-        )
+        lobe = _lobe_at(shading, which, face[k], points[k])
+        glossy[k] = glossy_radiance(around, lobe, *here, to_view[k], keys[k], aims, seed)
     leaving = shading.emission[rows] + lambert(diffuse) * (indirect + direct) + glossy
     if shading.through is not None:
         through = shading.through[rows]
@@ -281,6 +280,13 @@ def _of_lobes(shading, rows):
     which = shading.lobe[rows]
     for lobe in np.unique(which[which >= 0]):
         yield lobe, np.flatnonzero(which == lobe)
+
+
+def _lobe_at(shading, which, face, points):
+    """Return a material's lobe, where a picture tells its roughness with one for each point."""
+    lobe = shading.lobes[which]
+    rough = None if shading.detail is None else shading.detail.roughness(face, points)
+    return lobe if rough is None else lobe.with_roughness(rough[:, None])
 
 
 def _standing(around, detail, face, points, flat, sides):

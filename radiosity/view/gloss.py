@@ -47,14 +47,14 @@ def glossy_radiance(
     for light in range(len(around.lights.polygons)):
         leaving += highlight(around, lobe, light, *args)
     for lamp in around.lights.lamps:
-        leaving += glint(around, lobe, lamp, points, normals, frames[:, 0], view[:, 0])
+        leaving += glint(around, lobe, lamp, points, normals, frames, view)
     return leaving
 
 
 def glint(around, lobe, lamp, points, normals, frames, view):
     """Return (k, bands) radiance of an abstract light source in the lobe, f(L, V) E (E18)."""
     here = reaching(around.visibility, lamp, points, normals, around.lights.unit_m)
-    return lobe.value(to_local(frames, here.to_light), view) * here.irradiance
+    return lobe.value(to_local(frames, here.to_light[:, None]), view)[:, 0] * here.irradiance
 
 
 def dimming(coats: tuple, normals, to_view):

@@ -71,7 +71,7 @@ def _spread(material):
 def _is_detailed(scene):
     """Whether a face has a texture, bumps or normals at its corners."""
     used = [scene.materials[k] for k in np.unique(scene.faces.material)]
-    some = any(m.texture is not None or m.bump is not None for m in used)
+    some = any(m.is_detailed for m in used)
     return some or bool(scene.faces.is_curved.any())
 
 
