@@ -7,7 +7,7 @@ from radiosity.analytic import load_cases
 from radiosity.light import fresnel, refraction
 from radiosity.light.metals import band_weights, metal_bands, metal_index, metal_names
 
-CASES = {c["id"]: c for c in load_cases("reflection")}
+CASES = {c["id"]: c for c in load_cases("reflection") + load_cases("cie171")}
 COSINES = np.concatenate([[0.0, 1e-12, 1e-6, 1e-3], np.linspace(0.01, 1, 100)])
 EXACT = 1e-13  # rounding of a few operations
 

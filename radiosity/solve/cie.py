@@ -28,7 +28,8 @@ def cie171() -> Iterator[Check]:
     """Points and areas that shine, flux, a sky opening, an obstruction, reflections in a room."""
     kinds = {
         "cie52": _point_source, "isotropic": _isotropic, "cie53": _area_source, "cie54": _flux,
-        "glass_poly": _fitted_glass, "slab": _glass, "cie56": _ground, "cie57": _obstructed, "cie58": _reflected, "sky_roof": _sky_opening,
+        "glass_poly": _fitted_glass, "slab": _glass, "cie56": _ground, "cie57": _obstructed,
+        "cie58": _reflected, "sky_roof": _sky_opening,
     }  # fmt: skip
     for case in load_cases("cie171"):
         yield from kinds[case["geometry"]["type"]](case)
