@@ -20,7 +20,7 @@ from radiosity.solve.tradeoff import make_reference
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 ASKED = (0.1, 0.03, 0.01, 0.003)
-REFERENCES = ("cornell_box", "lroom", "furnace")
+REFERENCES = ("cornell_box", "lroom", "furnace", "point_spot", "cornell_glossy")
 
 
 def columns(path, *names):

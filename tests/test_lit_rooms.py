@@ -13,6 +13,8 @@ from radiosity.light.sources import Directional, Flood, Point, Spot
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Camera, Scene
 from radiosity.solve.plan import make_plan
+from radiosity.view.gather import radiance
+from radiosity.view.shading import make_shading
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 ROOM = box((0, 0, 0), (4, 3, 2.5))
@@ -163,3 +165,43 @@ def test_bare_walls_cost_no_ray(monkeypatch):
     monkeypatch.setattr(Visibility, "blocked", cast)
     solution = radiosity.solve(lit(ROOM, 0.5, LAMP), 0.05)
     assert solution.irradiance([[2.0, 1.5, 0]], [[0, 0, 1.0]])[0][0, 0] > 0
+
+
+@pytest.mark.parametrize(
+    "specular",
+    [
+        'model = "phong", reflectance = 0.3, exponent = 40',
+        'model = "blinn", reflectance = 0.3, exponent = 40',
+        'model = "torrance-sparrow", roughness = 0.3, ior = 1.5',
+    ],
+    ids=["phong", "blinn", "plastic"],
+)
+@pytest.mark.parametrize("bands", ["rgb", 16])
+def test_highlight_has_the_colour_of_its_source_and_the_rest_the_product(tmp_path, specular, bands):
+    """What the lobe adds in a black room has the lamp's colour, what it leaves rho times that."""
+    scenes = []
+    for lobe in (f"specular = {{ {specular} }}\n", ""):
+        (tmp_path / "plate.toml").write_text(
+            '[[geometry]]\nmaterial = "m"\n'
+            "polygons = [[[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]]\n"
+            f"[materials.m]\ndiffuse = [0.5, 0.1, 0.3]\n{lobe}"
+            '[[lights]]\ntype = "point"\nposition = [-1, 0, 1]\nintensity = [1, 5, 2]\n'
+        )
+        scenes.append(radiosity.load(tmp_path / "plate.toml", bands=bands))
+    lamp, rho = scenes[0].lights[0].intensity, scenes[0].materials[0].diffuse
+    bright, dull = (_seen_from_the_mirror_direction(s) for s in scenes)
+    np.testing.assert_allclose(dull / dull.sum(), rho * lamp / (rho @ lamp), rtol=1e-12)
+    share = dull
+    if "ior" in specular:  # what its coat lets in and out, alike in all bands
+        share = dull * ((bright[1] - bright[0] * lamp[1] / lamp[0])
+                        / (dull[1] - dull[0] * lamp[1] / lamp[0]))  # fmt: skip
+    gloss = bright - share
+    assert gloss.min() > 0
+    np.testing.assert_allclose(gloss / gloss.sum(), lamp / lamp.sum(), rtol=1e-9)  # a difference
+
+
+def _seen_from_the_mirror_direction(made):
+    solution = radiosity.solve(made, 0.1)
+    view = np.array([[1.0, 0, 1]]) / np.sqrt(2)
+    row, one = np.zeros(1, int), np.zeros((1, 3))
+    return radiance(solution, make_shading(solution), row, one, view, row, 0)[0][0]
