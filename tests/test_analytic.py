@@ -162,7 +162,7 @@ def test_cases_carry_what_readers_need():
         (lambda: furnace(1.0, 1.0), r"reflectance = 1\.0 must be below 1"),
         (lambda: sphere_cavity([0.6, 0.6], [1, 0], [0, 0]), "must be shares of the sphere"),
         (lambda: sphere_cavity([0.5, 0.5], [1, 0], [1, 1]), "let some part absorb"),
-        (lambda: load_cases("nothing"), "no cases named 'nothing'; there are extremes, "),
+        (lambda: load_cases("nothing"), "no cases named 'nothing'; there are cie171, "),
     ],
 )
 def test_impossible_input_is_refused(call, message):

@@ -39,12 +39,12 @@ def table(forecast, name: str) -> str:
 
     lines = [f"{name} at an accuracy of {o.percent(forecast.plan.accuracy)}", ""]
     for r in forecast.requirements:
-        lines.append(f"{r.name:14}{r.model:18}{r.reason}")
+        lines.append(f"{r.name:17}{r.model:18}{r.reason}")
     lines += [
         "",
-        f"{'patches':14}about {forecast.patches}",
-        f"{'time':14}about {forecast.seconds:.2g} s, start-up left out",
-        f"{'memory':14}about {size_text(forecast.memory)}",
+        f"{'patches':17}about {forecast.patches}",
+        f"{'time':17}about {forecast.seconds:.2g} s, start-up left out",
+        f"{'memory':17}about {size_text(forecast.memory)}",
     ]
     return "\n".join(lines)
 

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from radiosity.light.bands import RGB
-from radiosity.light.palette import ACCURACY, kind_of
+from radiosity.light.palette import ACCURACY, Nanometres, kind_of
 from radiosity.scene.assemble import (
     AXES,
     default_camera,
@@ -150,9 +150,10 @@ def _completed(scene, geometry, tables, lights, details, palette):
     """Return a scene with its materials and lights, and with a camera where it has none."""
     made, notes = make_materials(tables, geometry, scene.unit_m, palette)
     made |= {name: found.of(made[name], palette) for name, found in details.items()}
-    problems = [p for m in made.values() for p in too_bright(m, palette.bands)]
-    if problems:
-        raise SceneError(scene.source, problems)
+    if not isinstance(palette, Nanometres):  # which only adds up what shines
+        problems = [p for m in made.values() for p in too_bright(m, palette.bands)]
+        if problems:
+            raise SceneError(scene.source, problems)
     faces, materials, more = with_materials(geometry, made, palette)
     notes += _colour_notes(scene, palette)
     lights = [make_light(table, palette) for table in lights.values()]
