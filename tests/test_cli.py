@@ -148,7 +148,7 @@ def test_verify_reports_every_case_of_a_suite_within_its_bound():
 
 def test_plan_says_what_is_required_in_words_and_as_json():
     out = radiosity("plan", BOX).stdout
-    for line in ("visibility    nothing", "environment   nothing", "elements      linear", "time"):
+    for line in ("visibility       nothing", "environment      nothing", "elements         linear", "time"):
         assert line in out
     found = json.loads(radiosity("plan", CORNELL, "--json").stdout)
     models = {r["name"]: r["model"] for r in found["requirements"]}
