@@ -199,3 +199,11 @@ def test_sheets_are_solved_by_what_knows_them():
     assert found["solver"].model == "gmres" and "sheets" in found["solver"].reason
     assert found["backs"].model != "nothing"
     assert solve(made, 0.1).solver == "gmres"
+
+
+def test_sheets_that_keep_nothing_are_solved_directly_as_planned():
+    made = scene(np.concatenate([ROOM, SHEET]), 0.5, [*LAMP, 0])
+    last = replace(made.materials[-1], translucent=np.full(3, 0.5))
+    made = replace(made, materials=(*made.materials[:-1], last))
+    found = {r.name: r for r in foresee(made, make_plan(made, 0.1)).requirements}
+    assert found["solver"].model == solve(made, 0.1).solver == "direct"

@@ -42,6 +42,8 @@ def diffuse_mean(albedo):
 def shown(values) -> str:
     """Return a number, a colour or the range of an array in words."""
     values = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    if values.size > 4 and np.ptp(values) == 0.0:
+        return f"{values[0]:.6g}"
     if values.size > 4:
         return f"from {values.min():.6g} to {values.max():.6g}"
     return " ".join(f"{v:.6g}" for v in values)

@@ -82,8 +82,9 @@ class Material:
 
     @property
     def least_absorptance(self) -> np.ndarray:
-        """Return 1 - reflectance (bands,) where the surface is brightest."""
-        return self.absorptance if self.texture is None else 1.0 - self.texture.highest
+        """Return (bands,) what of the light neither side sends on, where it is brightest."""
+        kept = self.absorptance if self.texture is None else 1.0 - self.texture.highest
+        return kept if self.translucent is None else kept - self.translucent
 
     @property
     def is_detailed(self) -> bool:

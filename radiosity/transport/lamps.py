@@ -21,7 +21,7 @@ DEEPEST = 48  # halvings of a patch, towards a source
 CORNERS = 1.3  # distance of a cell's corners from its middle to that of its nodes
 CELLS, MOST_HALVINGS = 1 << 18, 4  # cells about in all, by which edges of light are followed
 EDGE = 0.25  # change of what is let through, inside a cell, that is an edge
-PATCHES_AT_ONCE = 256
+PATCHES_AT_ONCE = 256, 4096  # where edges are followed, and where they are not
 _X, _W = np.polynomial.legendre.leggauss(4)
 NODES = np.stack(np.meshgrid((_X + 1) / 2, (_X + 1) / 2), axis=-1).reshape(-1, 2)
 QUARTERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
@@ -122,7 +122,7 @@ def lamps_on(
         inverse = np.linalg.pinv(gram, hermitian=True)
         found[:, a:b] = np.einsum("nij,njb->inb", inverse, moments)
 
-    over_ranges(work, n, PATCHES_AT_ONCE)
+    over_ranges(work, n, PATCHES_AT_ONCE[int(halvings == 0)])
     return found.reshape(-1, bands)
 
 
