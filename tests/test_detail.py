@@ -9,8 +9,14 @@ from test_texturing import CORNERS, checkers, lit_room, patches_of, with_texture
 
 import radiosity
 from radiosity.light.bump import Bump
+from radiosity.light.coherent import FresnelMirror
+from radiosity.light.facets import TrowbridgeReitz
 from radiosity.light.phong import Phong, phong
+from radiosity.light.shadowing import smith
+from radiosity.light.shininess import Shininess
+from radiosity.light.sources import Point
 from radiosity.light.texture import Texture
+from radiosity.light.torrance_sparrow import TorranceSparrow
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Camera
 from radiosity.transport.lookup import make_table
@@ -302,3 +308,51 @@ def test_black_backs_stay_black():
     face = np.zeros(2, int)
     found = detail.diffuse(face, points, np.array([[0.5] * 3, [0.0] * 3]))
     np.testing.assert_allclose(found, [[0.2] * 3, [0.0] * 3], rtol=1e-6)
+
+
+def shiny_room(index=None, spread=None, diffuse=0.0):
+    """Return a floor of facets under a lamp and a point light; c3 by a texture, or one number."""
+    lamp = np.array([SQUARE])[:, ::-1] + [0, 0, 1]
+    room = scene(np.concatenate([[SQUARE], lamp]), [diffuse, 0.0], [0, 10])
+    worn = Shininess(Texture(np.linspace(0, 1, 9)[None, :, None], repeat=False), 0.2)
+    rough = worn.mean if spread is None else spread
+    gloss = TorranceSparrow(TrowbridgeReitz(rough), smith, index)
+    floor = replace(room.materials[0], specular=gloss, shininess=None if spread else worn)
+    light = Point(np.array([0.3, 0.4, 0.8]), np.full(3, 2.0))
+    uv = np.concatenate([[CORNERS], np.full((1, 4, 2), np.nan)])
+    faces = replace(room.faces, uv=uv)
+    return replace(room, faces=faces, materials=(floor, room.materials[1]), lights=(light,))
+
+
+@pytest.mark.parametrize("coat", [False, True])
+def test_each_point_shines_by_its_own_texel(coat):
+    """As a floor whose facets all have the spread that the texture gives the point."""
+    index, diffuse = (np.array([1.5]), 0.4) if coat else (None, 0.0)
+    worn = radiosity.solve(shiny_room(index, None, diffuse), mesh="1", order=0)
+    points = np.array([[x, 0.45, 0.0] for x in (0.1, 0.4, 0.7, 0.95)])
+    view = np.repeat([[0.6, 0, 0.8]], 4, axis=0)
+    found, _, _ = radiance(
+        worn, make_shading(worn), np.zeros(4, int), points, view, np.arange(4), 0
+    )
+    spreads = worn.scene.materials[0].shininess.at(points[:, :2])
+    assert spreads[-1] > 4 * spreads[0]
+    for k in range(4):
+        even = radiosity.solve(shiny_room(index, float(spreads[k]), diffuse), mesh="1", order=0)
+        alone, _, _ = radiance(
+            even, make_shading(even), np.zeros(1, int), points[k : k + 1], view[:1],
+            np.array([k]), 0,
+        )  # fmt: skip
+        # Albedos of coats lie between tables (2e-3); what the floor sees of itself is nothing.
+        assert found[k] == pytest.approx(alone[0], rel=4e-3 if coat else 1e-9)
+    assert found[0, 0] != pytest.approx(found[3, 0], rel=0.2)
+
+
+def test_texels_lie_under_mirrors_and_coats_as_other_reflectances_do():
+    room = with_texture(lit_room(), 0, checkers())
+    film = FresnelMirror(np.array([1.5]))
+    room = replace(room, materials=(replace(room.materials[0], mirror=film), *room.materials[1:]))
+    detail = Detail(room, make_table(room.faces, patches_of(room.faces, [[1, 1]] * 6)))
+    point = np.array([[0.25, 0.25, 0]])
+    found = detail.diffuse(np.zeros(1, int), point, np.full((1, 3), 0.5))
+    expected = film.mean_albedo + 0.2 * (1 - film.mean_albedo)
+    np.testing.assert_allclose(found[0], np.broadcast_to(expected, 3), rtol=1e-6)

@@ -6,7 +6,7 @@ rays meet it, and in other directions below it the face itself is seen, as besid
 So in light that comes evenly from everywhere a bumped surface looks like a flat one.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from radiosity.mesh.corners import (
 )
 from radiosity.scene.model import Scene
 from radiosity.transport.lookup import Table, coordinates_at
+from radiosity.view.shading import spread_evenly
 
 
 @dataclass(frozen=True)
@@ -37,11 +38,11 @@ class Detail:
 
     def diffuse(self, face: np.ndarray, points: np.ndarray, diffuse: np.ndarray) -> np.ndarray:
         """Return the reflectances (k, bands) of points on faces: ``diffuse``, or a texture's."""
-        found, textures = diffuse.copy(), [m.texture for m in self.scene.materials]
-        for texture, mine, weight, _ in self._used(textures, face, points):
-            here = found[mine]
-            uv = between(self.scene.faces.uv[face[mine]], weight)
-            found[mine] = np.where(here.any(axis=1, keepdims=True), texture.at(uv), here)
+        found, textured = diffuse.copy(), [m.texture and m for m in self.scene.materials]
+        for material, mine, weight, _ in self._used(textured, face, points):
+            texels = material.texture.at(between(self.scene.faces.uv[face[mine]], weight))
+            reflects = found[mine].any(axis=1, keepdims=True)  # not a black back
+            found[mine] = np.where(reflects, spread_evenly(replace(material, diffuse=texels)), 0.0)
         return found
 
     def roughness(self, face: np.ndarray, points: np.ndarray) -> np.ndarray | None:

@@ -258,12 +258,12 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     for which, k in _of_lobes(shading, rows):
         from radiosity.view.gloss import dimming, entering, glossy_radiance
 
-        here, coats = (places[k], normals[k]), shading.coats[which]
+        here, lobe = (places[k], normals[k]), _lobe_at(shading, which, face[k], points[k])
+        coats = tuple(lobe if c is shading.lobes[which] else c for c in shading.coats[which])
         if coats:
             out = dimming(coats, normals[k], to_view[k])
             indirect[k] *= out
             direct[k] = out * entering(around, coats, *here, keys[k], aims, seed)
-        lobe = _lobe_at(shading, which, face[k], points[k])
         glossy[k] = glossy_radiance(around, lobe, *here, to_view[k], keys[k], aims, seed)
     leaving = shading.emission[rows] + lambert(diffuse) * (indirect + direct) + glossy
     if shading.through is not None:

@@ -63,7 +63,7 @@ def dimming(coats: tuple, normals, to_view):
     Of light from everywhere they let 1 - a_mean in, which the equation of coated bases divides by
     again (`coat.coated_diffuse`): for that light it is all that is needed.
     """
-    return 1.0 - _albedo(coats, np.einsum("pc,pc->p", normals, to_view))
+    return 1.0 - _albedo(coats, np.einsum("pkc,pc->pk", to_view[:, None], normals))[:, 0]
 
 
 def entering(around, coats: tuple, points, normals, keys, samples: range, seed: int):
@@ -74,10 +74,11 @@ def entering(around, coats: tuple, points, normals, keys, samples: range, seed: 
     """
     total, lights = np.zeros((len(points), around.lights.exitance.shape[1])), around.lights
     mean = sum(coat.mean_albedo for coat in coats)
+    mean = mean.reshape(-1, mean.shape[-1])  # one for all points, or one each
     for lamp in lights.lamps:
         here = reaching(around.visibility, lamp, points, normals, lights.unit_m)
-        let_in = 1.0 - _albedo(coats, np.einsum("pc,pc->p", here.to_light, normals))
-        total += here.irradiance * let_in / (1.0 - mean)
+        let_in = 1.0 - _albedo(coats, np.einsum("pkc,pc->pk", here.to_light[:, None], normals))
+        total += here.irradiance * let_in[:, 0] / (1.0 - mean)
     for k in range(len(lights.polygons)):
         one = lights.only(k)
         direct = direct_irradiance(around.visibility, one, points, normals, keys, samples, seed)

@@ -41,7 +41,7 @@ def make_shading(solution: Solution) -> Shading:
     lobe = np.where([s is None for s in lobes], -1, np.arange(len(lobes)))[material]
     two_sided = np.array([m.two_sided for m in scene.materials])[material]
     reflects = patches.front | two_sided
-    diffuse = np.array([_spread(m) for m in scene.materials])[material] * reflects[:, None]
+    diffuse = np.array([spread_evenly(m) for m in scene.materials])[material] * reflects[:, None]
     plane = 2 * _surfaces(scene.faces)[patches.face] + ~patches.front
     plane_diffuse = np.zeros((2 * len(scene.faces), diffuse.shape[1]))
     plane_diffuse[plane] = diffuse
@@ -59,7 +59,7 @@ def make_shading(solution: Solution) -> Shading:
     )  # fmt: skip
 
 
-def _spread(material):
+def spread_evenly(material) -> np.ndarray:
     """Return the (bands,) reflectance of all that is spread evenly."""
     if material.mirror is None:
         return material.diffuse
