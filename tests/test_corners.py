@@ -11,9 +11,9 @@ from radiosity.mesh.corners import (
     normal_between,
     onto_curve,
     slopes,
-    smooth_normals,
     weights,
 )
+from radiosity.mesh.curves import smooth_normals
 from radiosity.mesh.faces import Faces
 from radiosity.scene.geometry import Geometry
 

@@ -19,9 +19,9 @@ from radiosity.light.shadowing import smith, v_groove
 from radiosity.light.torrance_sparrow import TorranceSparrow
 from radiosity.scene.model import Material, Scene, SceneError
 from radiosity.scene.toml import read_toml
+from radiosity.solve.albedo import reflectance_of
 from radiosity.solve.plan import make_plan
 from radiosity.solve.requirements import foresee
-from radiosity.solve.system import reflectance_of
 from radiosity.view.gather import radiance
 from radiosity.view.shading import make_shading
 

@@ -6,10 +6,7 @@ its points are: x(s, t) = (1-s)(1-t) v0 + s(1-t) v1 + s t v2 + (1-s) t v3.
 
 import numpy as np
 
-from radiosity.mesh.faces import Faces, ranges, welded
-
 AGREE = 1e-5  # of the values' span: files give six digits
-FLAT = 1e-6  # of the length of normals, by which they may miss a flat face's own
 FRONT = 0.05  # least cosine between a shading normal and the face's own
 
 
@@ -69,10 +66,10 @@ def in_front(normals: np.ndarray, own: np.ndarray) -> np.ndarray:
 
     A surface cannot be seen, or lit, where its normal points into the face.
     """
-    normals = _unit(normals)
+    normals = unit(normals)
     cosine = np.einsum("kc,kc->k", normals, own)
     across = normals - cosine[:, None] * own
-    bent = FRONT * own + np.sqrt(1.0 - FRONT**2) * _unit(across)
+    bent = FRONT * own + np.sqrt(1.0 - FRONT**2) * unit(across)
     return np.where((cosine < FRONT)[:, None], bent, normals)
 
 
@@ -129,52 +126,6 @@ def affine(quads: np.ndarray, values: np.ndarray) -> np.ndarray:
     return (miss <= AGREE * np.ptp(values, axis=1).max(axis=1)) | none
 
 
-def smooth_normals(faces: Faces, degrees: float) -> np.ndarray:
-    """Return normals (f, 4, 3) at corners, as means over the faces that meet there.
-
-    Faces count whose normals differ by no more than ``degrees`` from the corner's own face's, with
-    their angles at the corner as weights (Thuermer & Wuethrich 1998).
-    """
-    own, angle = faces.normals(), _angles(faces.vertices)
-    corner = np.flatnonzero(angle.ravel() > 0.0)
-    vertex = welded(faces.vertices.reshape(-1, 3))[corner]
-    corner = corner[np.argsort(vertex, kind="stable")]
-    _, first, count = np.unique(np.sort(vertex), return_index=True, return_counts=True)
-    other, here = ranges(np.repeat(first, count), np.repeat(count, count))
-    face, there = corner[here] // 4, corner[other] // 4
-    near = np.einsum("kc,kc->k", own[face], own[there]) >= np.cos(np.radians(degrees)) - 1e-9
-    total = np.zeros((4 * len(faces), 3))
-    weight = angle.ravel()[corner[other[near]]]
-    np.add.at(total, corner[here[near]], weight[:, None] * own[there[near]])
-    total = total.reshape(-1, 4, 3)
-    triangle = faces.is_triangle
-    total[triangle, 3] = total[triangle, 2]
-    return np.where((angle > 0)[..., None] | triangle[:, None, None], _unit(total), own[:, None])
-
-
-def _angles(v):
-    """Return (f, 4) angles at the corners; 0 at the repeated one of a triangle."""
-    ahead, behind = np.roll(v, -1, axis=1) - v, np.roll(v, 1, axis=1) - v
-    triangle = np.all(v[:, 3] == v[:, 2], axis=1)
-    ahead[triangle, 2] = v[triangle, 0] - v[triangle, 2]
-    sine = np.linalg.norm(np.cross(ahead, behind), axis=2)
-    angle = np.arctan2(sine, np.einsum("fvc,fvc->fv", ahead, behind))
-    angle[triangle, 3] = 0.0
-    return angle
-
-
-def curved(faces: Faces) -> np.ndarray | None:
-    """Return the corner normals (f, 4, 3) turned to the fronts; None where all faces are flat."""
-    given, own = faces.corner_normals, faces.normals()[:, None]
-    if given is None:
-        return None
-    length = np.linalg.norm(given, axis=2, keepdims=True)
-    normals = np.where((length > 0).all(axis=1, keepdims=True), given, np.nan) / length
-    behind = np.einsum("fvc,fvc->fv", normals, np.broadcast_to(own, normals.shape)).sum(axis=1) < 0
-    normals = np.where(behind[:, None, None], -normals, normals)
-    bent = np.abs(normals - own).max(axis=(1, 2), initial=0.0) > FLAT
-    return np.where(bent[:, None, None], normals, np.nan) if bent.any() else None
-
-
-def _unit(v):
+def unit(v: np.ndarray) -> np.ndarray:
+    """Return vectors (..., 3) of length 1; 0 stays 0."""
     return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-300)

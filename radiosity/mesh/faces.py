@@ -162,7 +162,7 @@ def _merged(v, material, group, uv, normals):
     worst = _worst_corner(joined[0])
     good = worst <= BLUNTEST
     if uv is not None or normals is not None:
-        from radiosity.mesh.corners import joinable
+        from radiosity.mesh.corners import joinable  # others need none of it
 
         details = [None if x is None else x[triangle][:, :3] for x in (uv, normals)]
         good &= joinable(joined, details, one, two)

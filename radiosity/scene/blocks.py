@@ -63,7 +63,7 @@ def _smoothed(part, smooth, path, problems):
         return part
     if smooth is False:
         return replace(part, faces=replace(faces, corner_normals=None))
-    from radiosity.mesh.corners import curved, smooth_normals
+    from radiosity.mesh.curves import curved, smooth_normals
 
     faces = replace(faces, corner_normals=smooth_normals(faces, smooth))
     return replace(part, faces=replace(faces, corner_normals=curved(faces)))

@@ -88,7 +88,7 @@ def read_obj(
         *(None if x is None else _whole(x[place]) for x in details),
     )  # fmt: skip
     if faces.corner_normals is not None:
-        from radiosity.mesh.corners import curved
+        from radiosity.mesh.curves import curved
 
         faces = replace(faces, corner_normals=curved(faces))
     given = None if merge else Given(faces, origin[has_area(polygons)], len(said.face_size))

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from radiosity.mesh.patches import Patches
-from radiosity.scene.model import Material, Scene
+from radiosity.scene.model import Scene
+from radiosity.solve.albedo import reflectance_of
 from radiosity.transport.irradiance import Lights
 from radiosity.transport.lookup import make_table
 
@@ -25,22 +26,6 @@ class Terms:
     emission: np.ndarray
     transmittance: np.ndarray | None = None
     twin: np.ndarray | None = None
-
-
-def reflectance_of(material: Material) -> np.ndarray:
-    """Return the (bands,) share of diffuse light that a material sends back.
-
-    What lobes and mirrors return counts with their albedo a under diffuse light, spread evenly:
-    rho + a, or a + rho (1 - a) of a base under a clear coat. What goes through is lost.
-    """
-    rho = material.diffuse
-    for part in (material.specular, material.mirror):
-        if part is not None and part not in material.coats:
-            rho = rho + part.mean_albedo
-    if material.coats:
-        upon = sum(coat.mean_albedo for coat in material.coats)
-        rho = upon + rho * (1.0 - upon)
-    return rho
 
 
 def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:

@@ -8,7 +8,7 @@ from radiosity.light.texture import Texture
 from radiosity.mesh.corners import affine, between, weights
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Scene
-from radiosity.solve.system import reflectance_of
+from radiosity.solve.albedo import reflectance_of
 from radiosity.transport.lookup import Table, coordinates_at
 
 PARTS = 8  # along each side of a patch whose texture is not laid on evenly

@@ -20,8 +20,8 @@ from radiosity.mesh.corners import (
     weights,
 )
 from radiosity.scene.model import Scene
+from radiosity.solve.albedo import spread_evenly
 from radiosity.transport.lookup import Table, coordinates_at
-from radiosity.view.shading import spread_evenly
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from radiosity.solve.albedo import spread_evenly
 from radiosity.solve.solution import Solution
 from radiosity.view.image import exposure_for
 from radiosity.view.smoothing import MIXED
@@ -57,15 +58,6 @@ def make_shading(solution: Solution) -> Shading:
         coats, plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0), detail,
         solution.level.terms.transmittance,
     )  # fmt: skip
-
-
-def spread_evenly(material) -> np.ndarray:
-    """Return the (bands,) reflectance of all that is spread evenly."""
-    if material.mirror is None:
-        return material.diffuse
-    mirrored = material.mirror.mean_albedo
-    left = 1.0 - mirrored if material.mirror in material.coats else 1.0
-    return mirrored + material.diffuse * left
 
 
 def _is_detailed(scene):
