@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from radiosity.light import fresnel
 from radiosity.light.blinn import Blinn
-from radiosity.light.coat import coated_diffuse, total_albedo
+from radiosity.light.coat import coated_diffuse, layered
 from radiosity.light.facets import Beckmann, Gaussian, TrowbridgeReitz
 from radiosity.light.frames import polar
 from radiosity.light.metals import metal_bands
@@ -49,7 +49,7 @@ class Varnished:
         return self.coat.value(to_light, to_view) + base
 
     def albedo(self, cosine):
-        return total_albedo(0.5 * ONE, self.coat.albedo(cosine), 0.0, True)
+        return layered(0.5 * ONE, self.coat.albedo(cosine), True)
 
 
 def facets(kind, index=None, shadowing=v_groove):

@@ -205,3 +205,34 @@ def _seen_from_the_mirror_direction(made):
     view = np.array([[1.0, 0, 1]]) / np.sqrt(2)
     row, one = np.zeros(1, int), np.zeros((1, 3))
     return radiance(solution, make_shading(solution), row, one, view, row, 0)[0][0]
+
+
+def test_picture_of_a_lit_room_is_what_its_walls_send():
+    """rho E/pi of the irradiance at each point: what lamps send counts once in what rays meet."""
+    made = lit(ROOM, 0.7, LAMP)
+    solution = radiosity.solve(made, 0.02)
+    points = np.array([[2.5, 2.0, 0.0], [0.7, 2.2, 0.0], [3.3, 1.0, 2.5], [2.0, 0.0, 1.0]])
+    normals = np.array([[0, 0, 1.0], [0, 0, 1], [0, 0, -1], [0, 1, 0]])
+    patches = solution.patches
+    away = np.linalg.norm(patches.centroid[:, None] - points, axis=2)
+    rows = np.argmin(away + 10.0 * (patches.normal @ normals.T < 0.5), axis=0)
+    shading, keys = make_shading(solution), np.arange(4)
+    seen = np.mean(
+        [radiance(solution, shading, rows, points, normals, keys, k)[0] for k in range(64)], axis=0
+    )
+    exact = 0.7 / np.pi * solution.irradiance(points, normals)[0]
+    np.testing.assert_allclose(seen, exact, rtol=0.02)  # the accuracy asked
+
+
+def test_sheets_and_walls_of_one_reflectance_are_clusters_of_their_own():
+    """A ball of 512 translucent facets about a lamp, in a room of opaque walls as grey."""
+    ball = 0.4 * uv_sphere(16) + [2.0, 1.5, 1]
+    made = lit(ROOM, 0.5, Point(np.array([2.0, 1.5, 1]), np.ones(3)))
+    kind = np.minimum(np.arange(6 + len(ball)), 6)
+    faces = Faces.from_polygons(np.concatenate([ROOM, ball]), kind, 0, merge=False)
+    milk = replace(made.materials[0], name="milk", translucent=np.full(3, 0.5))
+    made = replace(made, faces=faces, materials=(*made.materials, milk))
+    assert make_plan(made, 0.1).clusters
+    balance = radiosity.solve(made, 0.1).balance
+    assert balance.defect < 1e-3
+    np.testing.assert_allclose(balance.absorbed, 4 * np.pi, rtol=0.01)  # the ball keeps nothing

@@ -8,7 +8,7 @@ from scipy.stats import chi2, qmc
 from radiosity.analytic import load_cases
 from radiosity.light import fresnel
 from radiosity.light.blinn import Blinn
-from radiosity.light.coat import coated_diffuse, total_albedo
+from radiosity.light.coat import coated_diffuse, layered
 from radiosity.light.coherent import Constant, FresnelMirror, FresnelPassage
 from radiosity.light.facet_albedo import facet_albedo
 from radiosity.light.facets import Beckmann, CosinePower, Gaussian, TrowbridgeReitz
@@ -282,9 +282,9 @@ def test_a_coated_base_is_reciprocal_and_keeps_what_arrives(rho):
         assert np.array_equal(f, coated_diffuse(rho, out, a_light, mean))
         base = f @ weight
         assert base == pytest.approx(rho * (1 - out), rel=1e-3)  # midpoints of cells
-        total = total_albedo(rho * ONE, np.array([out]), 0.0, True)[0]
+        total = layered(rho * ONE, np.array([out]), True)[0]
         assert total == pytest.approx(out + base, abs=1e-3) and total <= 1 + 1e-12
-    sum_without = total_albedo(np.array([0.8]), coat.albedo(np.cos(np.radians(89))), 0.0, False)
+    sum_without = layered(np.array([0.8]), coat.albedo(np.cos(np.radians(89))), False)
     assert sum_without > 1.2
     assert coated_diffuse(0.5, 1.0, 1.0, 1.0) == 0
 

@@ -125,7 +125,8 @@ def test_a_texel_that_reflects_too_much_is_refused_with_its_place(folder):
     )[0]  # fmt: skip
     np.save(folder / "b.npy", np.array([[0.5, np.nan]]))
     found = problems(folder, 'diffuse = { texture = "b.npy" }')
-    assert found == ['materials.m.diffuse.texture = "b.npy" row 0, column 1 must be finite']
+    told = 'materials.m.diffuse.texture = "b.npy" row 0, column 1 must be finite, and below 1e+30'
+    assert found == [told]
     gloss = 'specular = { model = "phong", reflectance = 0.5, exponent = 9 }\n'
     found = problems(folder, gloss + 'diffuse = { texture = "a.png" }')
     assert "where it is brightest diffuse + specular = 1.5 at 0 degrees in band r" in found[0]

@@ -33,7 +33,7 @@ def describe(scene) -> str:
         mine = faces.material == k
         lines.append(
             f"{material.name:16}{int(mine.sum()):7}{area[mine].sum():12.6g}  "
-            f"{_share(material.diffuse):24}"
+            f"{_share(material.diffuse):24} "
             + (_light(material.emission, scene.bands) if material.emits else "-")
             + _optics(material)
             + _detail(material)
@@ -51,15 +51,15 @@ def describe(scene) -> str:
 
 def _lights(scene) -> list[str]:
     """Return the abstract light sources, and what enters from outside."""
-    lines = ["", f"{'light':16}{'position or direction':26}{'W/sr or W/m2':24}group"]
+    lines = ["", f"{'light':16}{'position or direction':26} {'W/sr or W/m2':28} group"]
     for light in scene.lights:
         kind = type(light).__name__.lower()
         where = light.direction if kind == "directional" else light.position
         strength = _light(light.strength, scene.bands)
-        lines.append(f"{kind:16}{_bands(where):26}{strength:24}{light.group or '-'}")
+        lines.append(f"{kind:16}{_bands(where):26} {strength:28} {light.group or '-'}")
     if scene.ambient.any():
         strength = _light(scene.ambient, scene.bands)
-        lines.append(f"{'ambient':16}{'from outside, W/(m2 sr)':26}{strength:24}-")
+        lines.append(f"{'ambient':16}{'from outside, W/(m2 sr)':26} {strength:28} -")
     return lines if len(lines) > 2 else []
 
 
@@ -95,8 +95,8 @@ def _detail(material) -> str:
     words = ""
     if material.texture is not None:
         height, width, _ = material.texture.texels.shape
-        words += f"  texture {width}x{height}, from {_bands(material.texture.lowest)} to "
-        words += _bands(material.texture.highest)
+        words += f"  texture {width}x{height}, from {_share(material.texture.lowest)} to "
+        words += _share(material.texture.highest)
     if material.shininess is not None:
         words += f"  roughness by a texture from {material.shininess.minimum:g}"
     if material.bump is not None:

@@ -23,19 +23,22 @@ def coated_diffuse(base, into, out, mean):
     return np.where(room > 0.0, base * through / (np.pi * np.where(room > 0.0, room, 1.0)), 0.0)
 
 
-def total_albedo(base, upon, passed, coupled: bool):
-    """Return the share of light that leaves a surface in all ways, by angle and band.
+def layered(base, upon, coupled: bool):
+    """Return the share of light that leaves a base with something on it, by angle and band.
 
-    a + rho (1 - a) + k_t where the base lies under a coat, rho + a + k_t where the two are added.
+    a + rho (1 - a) where the base lies under a coat, rho + a where the two are added.
 
     Parameters
     ----------
-    base : (bands,) float64
-        Diffuse reflectance rho, with the diffuse transmittance of a sheet added.
+    base : (..., bands) float64
+        What the base sends on, rho, with the diffuse transmittance of a sheet added.
     upon : (..., bands) float64
-        Albedo a of all that lies on the base: lobe and mirror.
-    passed : (..., bands) float64
-        k_t, what goes through without scattering.
+        Albedo a of what lies on it.
     coupled : bool
     """
-    return upon + (base * (1.0 - upon) if coupled else base) + passed
+    return upon + (base * (1.0 - upon) if coupled else base)
+
+
+def is_coat(part) -> bool:
+    """Whether a lobe or a mirror lets light through to what lies below."""
+    return bool(getattr(part, "dielectric", False))

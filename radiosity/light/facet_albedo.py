@@ -41,7 +41,9 @@ def facet_albedo(facets, shadowing, index, cosine, leans=LEANS, turns=TURNS):
     lit = np.maximum(light, 0.0)
     hidden = shadowing(facets, lit, view, across, up)
     share = np.where(light > 0.0, hidden * lit * across, 0.0) * arc * weight / np.pi
-    return np.einsum("kat,katb->kb", share, mirrored_share(index, across))
+    bands = [None] if index is None else np.asarray(index)[:, None]
+    found = [np.einsum("kat,katb->k", share, mirrored_share(one, across)) for one in bands]
+    return np.stack(found, axis=1)  # a band at a time: all of many wavelengths would take GB
 
 
 def mirrored_share(index, cosine):

@@ -42,6 +42,8 @@ def kind_of(asked: str | int, has_spectra: bool, accuracy: float) -> str | int:
     if count:
         return count
     if text == "spectral" or (text == "auto" and has_spectra):
+        if not accuracy > 0.0:
+            return CELLS  # no accuracy: whoever solves says so
         return int(np.clip(np.ceil(CELLS * np.sqrt(ACCURACY / accuracy)), FEWEST, MOST))
     return "rgb" if text == "auto" else text
 
@@ -80,8 +82,12 @@ class Grey:
 
     @cached_property
     def shares(self) -> np.ndarray:
-        """Return (1, 3) the shares of red, green and blue in the luminance of the light."""
-        return (RGB.y * self.rgb / RGB.luminance(self.rgb))[None]
+        """Return (1, 3) the shares of red, green and blue in the luminance of the light.
+
+        Of light outside of sRGB components are negative, and have no share.
+        """
+        parts = RGB.y * np.maximum(self.rgb, 0.0)
+        return (parts / parts.sum())[None]
 
     def light(self, value) -> np.ndarray:
         """Return (1,) watts, of which each counts K lumens."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 TAIL = 1e-6  # of a lobe's peak, below which nothing is looked for
+UNIT = 1e-6  # by which vectors may miss the length 1
 WIDEST = 0.5  # of a lobe's half angle, of a cone that middles tell enough of
 
 
@@ -60,6 +61,16 @@ class Point:
     def shape(self, from_light: np.ndarray) -> np.ndarray:
         """Return I(w) / I, (k,), in directions (k, 3) of travel."""
         return np.ones(len(from_light))
+
+    def problems(self) -> list[str]:
+        """Return what is wrong with it beside its strength, as ends of sentences."""
+        found = [] if np.isfinite(self.position).all() else ["has a position that is not finite"]
+        if not (self.falloff.a > 0.0 or self.falloff.b > 0.0):
+            found.append("has a falloff without a and b: 1/(a d^m + b) has no value")
+        axis = getattr(self, "axis", None)
+        if axis is not None and abs(np.linalg.norm(axis) - 1.0) > UNIT:
+            found.append(f"has an axis of length {np.linalg.norm(axis):g}, must be 1")
+        return found
 
     def of_intensity(self, intensity: np.ndarray) -> "Point":
         """Return the same source with another intensity (bands,)."""
@@ -130,10 +141,14 @@ class Spot(Point):
 
     @property
     def solid_angle(self) -> float:
-        """Return 2 pi (1 - (sin c - sin b)/(c - b)), c and b the cutoff and the beam."""
-        b, c = self.beam, self.cutoff
-        slope = np.cos(b) if c == b else (np.sin(c) - np.sin(b)) / (c - b)
-        return float(2.0 * np.pi * (1.0 - slope))
+        """Return 2 pi (1 - (sin c - sin b)/(c - b)), c and b the cutoff and the beam.
+
+        With m and h their half sum and half difference (sin c - sin b)/(c - b) = cos(m) sin(h)/h,
+        of which 1 is taken off without cancelling.
+        """
+        m, h = (self.cutoff + self.beam) / 2.0, (self.cutoff - self.beam) / 2.0
+        narrow = h * h / 6.0 if h < 1e-3 else 1.0 - np.sin(h) / h
+        return float(2.0 * np.pi * (2.0 * np.sin(m / 2.0) ** 2 + np.cos(m) * narrow))
 
 
 @dataclass(frozen=True)
@@ -185,6 +200,11 @@ class Directional:
     def strength(self) -> np.ndarray:
         """Return (bands,) the irradiance in W/m2."""
         return self.irradiance
+
+    def problems(self) -> list[str]:
+        """Return what is wrong with it beside its strength, as ends of sentences."""
+        length = np.linalg.norm(self.direction)
+        return [] if abs(length - 1.0) <= UNIT else [f"has a direction of length {length:g}, not 1"]
 
     def edges(self, from_light: np.ndarray) -> np.ndarray:
         """Return (k,) ones, see `Point.edges`."""

@@ -193,17 +193,17 @@ class Mixed:
     @property
     def mean(self) -> np.ndarray:
         """Return the mean (n,) over the picture."""
-        return mixed(self.picture.mean, self.shares)
+        return self._values(self.picture.mean)
 
     @cached_property
     def lowest(self) -> np.ndarray:
         """Return the least value (n,) at a texel."""
-        return np.min([mixed(row, self.shares).min(axis=0) for row in self.texels], axis=0)
+        return np.min([self._values(row).min(axis=0) for row in self.texels], axis=0)
 
     @cached_property
     def highest(self) -> np.ndarray:
         """Return the greatest value (n,) at a texel."""
-        return np.max([mixed(row, self.shares).max(axis=0) for row in self.texels], axis=0)
+        return np.max([self._values(row).max(axis=0) for row in self.texels], axis=0)
 
     @property
     def grey(self) -> bool:
@@ -217,11 +217,15 @@ class Mixed:
 
     def at(self, uv: np.ndarray) -> np.ndarray:
         """Return the values (k, n) at texture coordinates (k, 2)."""
-        return mixed(self.picture.at(uv), self.shares)
+        return self._values(self.picture.at(uv))
 
     def mean_over(self, polygons: np.ndarray) -> np.ndarray:
         """Return the mean values (k, n) over polygons (k, 4, 2), see `Texture.mean_over`."""
-        return mixed(self.picture.mean_over(polygons), self.shares)
+        return self._values(self.picture.mean_over(polygons))
+
+    def _values(self, rgb):
+        """Return shares of light (..., n) of RGB, without the rounding that leaves [0, 1]."""
+        return np.clip(mixed(rgb, self.shares), 0.0, 1.0)
 
 
 def _mix(one, two, share):

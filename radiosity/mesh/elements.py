@@ -51,7 +51,7 @@ class Elements:
         n = len(self)
         if self.order == 0:
             return np.zeros((n, coefficients.shape[1], 3))
-        slopes = coefficients[n:].reshape(2, n, -1)
+        slopes = coefficients[n:].reshape(2, n, coefficients.shape[1])
         return np.einsum("anm,nac->nmc", slopes, self.axes)
 
     def slopes(self, gradients: np.ndarray) -> np.ndarray:

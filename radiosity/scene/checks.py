@@ -14,6 +14,9 @@ class Wrong(ValueError):
         super().__init__(f"{len(found)} mistakes")
 
 
+FAR = 1e6  # bound that nobody meets who means what he writes
+
+
 @dataclass(frozen=True)
 class Number:
     """A finite number between bounds; ``why`` is what the bound means."""
@@ -35,11 +38,12 @@ class Number:
             raise Wrong(((), value, "must be a finite number"))
         outside = number < self.low or number > self.high
         if outside or (not self.inclusive and number in (self.low, self.high)):
-            raise Wrong(((), value, self._bound() + (f": {self.why}" if self.why else "")))
+            bound = self._bound(number < self.low)
+            raise Wrong(((), value, bound + (f": {self.why}" if self.why else "")))
         return number
 
-    def _bound(self) -> str:
-        if math.isinf(self.high):
+    def _bound(self, too_low) -> str:
+        if math.isinf(self.high) or (too_low and self.high >= FAR):  # only to avoid overflow
             return f"must be {'at least' if self.inclusive else 'greater than'} {self.low:g}"
         if self.inclusive:
             return f"must lie in [{self.low:g}, {self.high:g}]"
@@ -105,7 +109,8 @@ class Colour:
         if not isinstance(value, str):
             return Bands(self.check, what)(value)
         if not value.lower().endswith(".csv"):
-            raise Wrong(((), value, f"must be {what}"))
+            hint = "; a picture is { texture = .. }"
+            raise Wrong(((), value, f"must be {what}{hint}"))
         return SpectrumFile(value, self.check)
 
 
@@ -156,11 +161,14 @@ class Picture:
 
     checks: dict
     example: str
+    needed: str = "texture"
 
     def __call__(self, value) -> TextureKey:
         """Return what the table says, or raise `Wrong`."""
         if not isinstance(value, dict) or "texture" not in value:
             raise Wrong(((), value, f"must name a texture: {self.example}"))
+        if self.needed not in value:
+            raise Wrong(((), value, f"must give {self.needed}: {self.example}"))
         found, good = [], {}
         for key, item in value.items():
             if key not in self.checks:

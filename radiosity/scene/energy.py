@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radiosity.light.coat import total_albedo
+from radiosity.light.coat import is_coat, layered
 
 ROUNDING = 1e-9  # by which shares may add up to more than 1, as decimals are not exact
 DEGREES = np.append(np.arange(0.0, 89.6, 0.5), [89.8, 89.9, 90.0])
@@ -24,17 +24,15 @@ def excess(base, lobe, mirror, transmit, through=None, names="rgb", degrees=DEGR
     degrees : (k,) float64
         Angles of incidence at which the sum is taken.
     """
-    base, bands = np.asarray(base), len(base)
+    base = np.asarray(base)
     cosine = np.maximum(np.cos(np.radians(degrees)), 0.0)
-    named = {"specular": lobe, "mirror": mirror, "transmit": transmit}
+    total = np.broadcast_to(base + (0.0 if through is None else through), (len(cosine), len(base)))
+    named = {"mirror": mirror, "specular": lobe, "transmit": transmit}
     parts = {k: v for k, v in named.items() if hasattr(v, "albedo")}
-    shares = {k: np.broadcast_to(v.albedo(cosine), (len(cosine), bands)) for k, v in parts.items()}
-    passed = shares.pop("transmit", 0.0)
-    upon = sum(shares.values(), np.zeros((len(cosine), bands)))
-    coupled = any(getattr(part, "dielectric", False) for part in parts.values())
-    total = total_albedo(base + (0.0 if through is None else through), upon, passed, coupled)
+    for name, part in parts.items():  # a lobe lies on a mirror, and both on the base
+        total = layered(total, part.albedo(cosine), is_coat(part) and name != "transmit")
     where, band = np.unravel_index(np.argmax(total), total.shape)
-    if not total[where, band] > 1.0 + ROUNDING:
+    if total[where, band] <= 1.0 + ROUNDING:
         return ""
     said = ["diffuse", *([] if through is None else ["translucent"]), *parts]
     return (

@@ -23,6 +23,7 @@ from radiosity.scene.schema import (
 )
 
 ANGLE = Number(0, 180, "a half angle in degrees")
+NARROWEST = 1e-4  # degrees
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Ambient:
 class _FalloffTable(StrictTable):
     a: taken_by(POWER) = Field(description="the share of the light is 1/(a d^m + b), d in metres")
     b: taken_by(POWER) = 0.0
-    m: taken_by(POWER) = 2.0
+    m: taken_by(Number(0, 20, "2 is the law of nature")) = 2.0
 
 
 class _LightTable(StrictTable):
@@ -138,8 +139,9 @@ def _between_keys(table, raw, path):
     if isinstance(table, _SpotTable) and table.cutoff_angle < table.beam_angle:
         text = f"must be at least the beam_angle {table.beam_angle:g}: light fades between them"
         yield at((*path, "cutoff_angle"), raw["cutoff_angle"], text)
-    if isinstance(table, _SpotTable) and table.cutoff_angle == 0.0:
-        yield at((*path, "cutoff_angle"), 0, "must be greater than 0: no light leaves the spot")
+    if isinstance(table, _SpotTable) and table.cutoff_angle < NARROWEST:
+        text = f"must be at least {NARROWEST:g}: no light leaves a narrower spot"
+        yield at((*path, "cutoff_angle"), raw["cutoff_angle"], text)
 
 
 def _falloff_problems(table, given, path):

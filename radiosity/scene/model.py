@@ -203,12 +203,29 @@ class Scene:
             problems += _outside(f"{where}.diffuse", m.diffuse, 1.0, why)
             problems += _outside(f"{where}.absorptance", m.absorptance, 1.0, "a share of the light")
             problems += _outside(f"{where}.emission", m.emission, np.inf, "radiance in W/(m2 sr)")
-            problems += too_bright(m, self.bands)
+            problems += self._impossible(m, where) or too_bright(m, self.bands)
         for k, light in enumerate(self.lights):
             problems += _outside(f"lights[{k}]", light.strength, np.inf, "in W/sr, or W/m2")
+            problems += [f"lights[{k}] {text}" for text in light.problems()]
         problems += _outside("ambient", self.ambient, np.inf, "radiance in W/(m2 sr)")
         if problems:
             raise SceneError(self.source or self.name, problems)
+
+    def _impossible(self, m, where) -> list[str]:
+        """Return what is wrong with what a material does beside reflecting diffusely."""
+        found, count = [], self.bands.count
+        shares = {"translucent": m.translucent}
+        for key, name in (("specular", "reflectance"), ("mirror", "share"), ("transmit", "share")):
+            shares[f"{key}.{name}"] = getattr(getattr(m, key), name, None)
+        for key, values in shares.items():
+            if values is not None and np.shape(values) != (count,):
+                shape = np.shape(values)
+                found.append(f"{where}.{key} has the shape {shape}, must have ({count},)")
+            elif values is not None:
+                found += _outside(f"{where}.{key}", values, 1.0, "a share of the light")
+        if m.translucent is not None and not m.two_sided:
+            found.append(f"{where} is translucent and not two_sided: sheets have two sides alike")
+        return found
 
     def _miscounted(self) -> list[str]:
         """Return which numbers are not one a band."""

@@ -121,7 +121,12 @@ def _beckmann_problems(table, path):
 
 def _shininess_problems(table, path):
     facets = table.get("facets", "trowbridge-reitz")
-    if not isinstance(table.get("roughness"), dict) or facets == "trowbridge-reitz":
+    if not isinstance(table.get("roughness"), dict):
+        return []
+    if table.get("convention") == "seed":
+        text = "has one roughness only: leave it out, or the texture"
+        return [at((*path, "convention"), "seed", text)]
+    if facets == "trowbridge-reitz":
         return []
     text = "cannot have their roughness from a texture: use trowbridge-reitz, whose c3 it is"
     return [at((*path, "facets"), facets, text)]

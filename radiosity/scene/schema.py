@@ -73,10 +73,7 @@ def _roughness(value) -> float | TextureKey:
     """Return a spread of facets, or a texture of it."""
     if not isinstance(value, dict):
         return SPREAD(value)
-    key = SHININESS(value)
-    if key.minimum is None:
-        raise Wrong((("minimum",), None, "is missing: c3 = minimum + (1 - minimum) t, above 0"))
-    return key
+    return SHININESS(value)
 
 
 def _metal(value) -> str:
@@ -94,20 +91,24 @@ TEXTURE = Picture(
     PICTURE | {"scale": Bands(Number(0, why="it multiplies reflectances"))},
     'diffuse = { texture = "wood.png" }',
 )
-INDEX = Colour(Number(1, why="vacuum has 1, water 1.33, glass 1.5"))
-POWER = Number(0, why="light cannot be taken away")
+INDEX = Colour(Number(1, 100, "vacuum has 1, water 1.33, glass 1.5"))
+BRIGHTEST = 1e30  # in any unit of light
+POWER = Number(0, BRIGHTEST, "light cannot be taken away, and brighter overflows")
 BANDS = Colour(POWER)
 LENGTH = Number(-LONGEST, LONGEST, "powers of longer lengths cannot be computed")
 POINT = Sequence(LENGTH, 3, "three numbers [x, y, z]")
 SPREAD = Number(1e-4, 1, "from a mirror, which the key mirror gives, to 1")
 SHININESS = Picture(
-    PICTURE | {"minimum": SPREAD}, 'roughness = { texture = "t.png", minimum = 0.1 }'
+    PICTURE | {"minimum": SPREAD}, 'roughness = { texture = "t.png", minimum = 0.1 }', "minimum"
 )
-BUMP = Picture(PICTURE | {"height": LENGTH}, 'bump = { texture = "b.png", height = 0.01 }')
+BUMP = Picture(
+    PICTURE | {"height": LENGTH}, 'bump = { texture = "b.png", height = 0.01 }', "height"
+)
 SCALE = Bands(LENGTH, "a number or [x, y, z]")
 POLYGON = Sequence(POINT, None, "a list of points [x, y, z]")
 POLYGONS = Sequence(POLYGON, None, "a list of polygons [[[x, y, z], ...")
-UV = Sequence(Sequence(Number(), 2, "two numbers [u, v]"), None, "a list of pairs [u, v]")
+COORDINATE = Number(-1e9, 1e9, "a picture cannot be repeated more often")
+UV = Sequence(Sequence(COORDINATE, 2, "two numbers [u, v]"), None, "a list of pairs [u, v]")
 UVS = Sequence(UV, None, "a list of lists [[[u, v], ...], as polygons has")
 MATRIX = Sequence(Sequence(LENGTH, 4, "four numbers"), 4, "four rows of four numbers")
 
@@ -133,10 +134,10 @@ class SpecularTable(StrictTable):
         description='one of "phong", "blinn" and "torrance-sparrow"'
     )
     reflectance: taken_by(REFLECTANCE) = None
-    exponent: taken_by(Number(0, why="the lobe is cos^exponent")) = None
+    exponent: taken_by(Number(0, 1e9, "the lobe is cos^exponent")) = None
     facets: Literal["gaussian", "beckmann", "trowbridge-reitz"] = "trowbridge-reitz"
     roughness: taken_by(_roughness) = None
-    half_angle: taken_by(Number(0, 90, "in degrees", inclusive=False)) = None
+    half_angle: taken_by(Number(0.01, 89.99, "in degrees")) = None
     shadowing: Literal["v-groove", "smith"] = "v-groove"
     ior: taken_by(INDEX) = None
     metal: taken_by(_metal) = None

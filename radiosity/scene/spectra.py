@@ -35,7 +35,7 @@ def read_spectrum(text: str, name: str, check: Number) -> Spectrum:
     rows, problems = [], []
     lines = [line.partition("#")[0].strip() for line in text.splitlines()]
     filled = [(number, line) for number, line in enumerate(lines, 1) if line]
-    if filled and not _is_number(filled[0][1].split(",")[0]):
+    if filled and _is_heading(filled[0][1].split(",")[0]):
         filled = filled[1:]
     for number, line in filled:
         try:
@@ -50,6 +50,11 @@ def read_spectrum(text: str, name: str, check: Number) -> Spectrum:
         raise SceneError(name, problems[:MOST] + told)
     nm, values = np.array(rows).T
     return Spectrum(nm, values, name)
+
+
+def _is_heading(word) -> bool:
+    """Whether a word stands over a column: no number, and no slip in one, as 38O."""
+    return not _is_number(word) and not any(letter.isdigit() for letter in word)
 
 
 def _is_number(word) -> bool:

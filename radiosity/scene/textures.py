@@ -1,6 +1,7 @@
 """Textures from files: pictures laid over the faces of a material."""
 
 import io
+import re
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -18,6 +19,7 @@ from radiosity.scene.model import Material, SceneError
 from radiosity.scene.schema import OPTICAL, RECEIVES, MaterialTable, at, dotted, values_of
 
 LARGEST = 1 << 24  # pixels
+GREATEST = 1e30  # value, of single precision
 CODED = ".png", ".jpg", ".jpeg"  # whole numbers, of which sRGB is the usual meaning
 SUFFIXES = (*CODED, ".exr", ".npy")
 
@@ -66,7 +68,8 @@ def read_picture(path: Path, read_bytes: Callable[[Path], bytes]) -> np.ndarray:
         raise
     except Exception as error:  # a reader of other people's files fails in any way
         cause = error.__cause__ or error
-        problem = f"is not a picture that can be read: {type(cause).__name__}: {cause}"
+        said = re.sub(r"<[^<>]* object at 0x[0-9a-f]+>", "it", str(cause))
+        problem = f"is not a picture that can be read: {type(cause).__name__}: {said}"
         raise SceneError(str(path), [problem]) from error
     return _opaque(path, pixels[..., None] if pixels.ndim == 2 else pixels)
 
@@ -111,6 +114,8 @@ def _npy(path, data):
     """Return the numbers of an array file, whose header tells its size."""
     pixels = np.load(io.BytesIO(data), allow_pickle=False)
     _check_size(path, pixels.shape)
+    if pixels.dtype.kind not in "biuf":
+        raise SceneError(str(path), [f"holds {pixels.dtype}, a picture holds real numbers"])
     return pixels.astype(float)
 
 
@@ -121,7 +126,10 @@ def _opaque(path, pixels):
         see_through = np.argwhere(pixels[..., -1] < 1.0)
         if len(see_through):
             row, column = see_through[0]
-            text = f"row {row}, column {column} is see-through: give it a background"
+            text = (
+                f"row {row}, column {column} is see-through, or the picture is for print (CMYK): "
+                "give it a background, or save it as RGB"
+            )
             raise SceneError(str(path), [text])
         pixels = pixels[..., :-1]
     elif bands not in (1, 3):
@@ -161,9 +169,9 @@ def _read(key, path, picture, problems):
     except SceneError as error:
         problems += [at((*path, "texture"), key.texture, p) for p in error.problems]
         return None
-    bad = np.argwhere(~np.isfinite(pixels).all(axis=2))
+    bad = np.argwhere(~(np.abs(pixels) < GREATEST).all(axis=2))
     if len(bad):
-        text = f"row {bad[0][0]}, column {bad[0][1]} must be finite"
+        text = f"row {bad[0][0]}, column {bad[0][1]} must be finite, and below {GREATEST:g}"
         problems.append(at((*path, "texture"), key.texture, text))
         return None
     coded = Path(key.texture).suffix.lower() in CODED

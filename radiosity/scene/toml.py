@@ -195,10 +195,10 @@ def _parsed(text, source):
         raise SceneError(source, [f"a number cannot be read: {error}"]) from None
 
 
-def _names_texture(table):
+def _names_texture(table, depth=4):
     """Whether a table, or one inside of it, names a texture."""
-    inside = table.items() if isinstance(table, dict) else ()
-    return any(key == "texture" or _names_texture(value) for key, value in inside)
+    inside = table.items() if isinstance(table, dict) and depth else ()
+    return any(key == "texture" or _names_texture(value, depth - 1) for key, value in inside)
 
 
 def _tables(model, raw, key, problems, cross_check):

@@ -9,22 +9,24 @@ def reflectance_of(material: Material) -> np.ndarray:
     """Return the (bands,) share of diffuse light that a material sends back.
 
     What lobes and mirrors return counts with their albedo a under diffuse light, spread evenly:
-    rho + a, or a + rho (1 - a) of a base under a clear coat. What goes through is lost.
+    rho + a, or a + rho (1 - a) of what lies under a clear coat. What goes through is lost.
     """
-    rho = material.diffuse
-    for part in (material.specular, material.mirror):
-        if part is not None and part not in material.coats:
-            rho = rho + part.mean_albedo
-    if material.coats:
-        upon = sum(coat.mean_albedo for coat in material.coats)
-        rho = upon + rho * (1.0 - upon)
-    return rho
+    return _with(spread_evenly(material), material.specular)
 
 
 def spread_evenly(material: Material) -> np.ndarray:
-    """Return the (bands,) reflectance of all that is spread evenly."""
-    if material.mirror is None:
-        return material.diffuse
-    mirrored = material.mirror.mean_albedo
-    left = 1.0 - mirrored if material.mirror in material.coats else 1.0
-    return mirrored + material.diffuse * left
+    """Return the (bands,) reflectance of all that is spread evenly: the base under a mirror."""
+    return _with(material.diffuse, material.mirror)
+
+
+def let_in(material: Material) -> np.ndarray | float:
+    """Return the (bands,) share of diffuse light that a material's coats let through."""
+    return np.prod([1.0 - c.mean_albedo for c in material.coats], axis=0)
+
+
+def _with(base, part):
+    if part is None:
+        return base
+    from radiosity.light.coat import is_coat, layered  # others need none of it
+
+    return layered(base, part.mean_albedo, is_coat(part))

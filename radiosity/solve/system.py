@@ -6,7 +6,7 @@ import numpy as np
 
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Scene
-from radiosity.solve.albedo import reflectance_of
+from radiosity.solve.albedo import let_in, reflectance_of
 from radiosity.transport.irradiance import Lights
 from radiosity.transport.lookup import make_table
 
@@ -63,12 +63,12 @@ def _through(scene, patches, live):
 def translucent(scene: Scene) -> np.ndarray:
     """Return (materials, bands): the share of diffuse light that comes out of the other side.
 
-    Of a sheet under a clear coat what the coat lets in, tau (1 - a).
+    Of a sheet under clear coats what they let in, tau (1 - a).
     """
     found = np.zeros((len(scene.materials), scene.bands.count))
     for k, m in enumerate(scene.materials):
         if m.translucent is not None:
-            found[k] = m.translucent * (1.0 - sum(coat.mean_albedo for coat in m.coats))
+            found[k] = m.translucent * let_in(m)
     return found
 
 

@@ -267,12 +267,27 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
         glossy[k] = glossy_radiance(around, lobe, *here, to_view[k], keys[k], aims, seed)
     leaving = shading.emission[rows] + lambert(diffuse) * (indirect + direct) + glossy
     if shading.through is not None:
-        through = shading.through[rows]
-        k = np.flatnonzero(through.any(axis=1))
-        other = _standing(around, shading.detail, face[k], points[k], -flat[k], -sides[k])
-        one, two, _ = _arriving(around, *other, keys[k], looks, aims, seed)
-        leaving[k] += lambert(through[k]) * (one + two)
+        k = np.flatnonzero(shading.through[rows].any(axis=1))
+        beneath = solution, shading, rows[k], points[k], to_view[k], keys[k], looks, aims
+        leaving[k] += _from_behind(*beneath)
     return leaving, indirect, nearness
+
+
+def _from_behind(solution, shading, rows, points, to_view, keys, looks, aims):
+    """Return (k, bands) radiance of what comes through sheets, past the coats on both sides."""
+    around, seed, through = solution.surroundings, solution.seed, shading.through[rows]
+    face, flat = solution.patches.face[rows], -solution.patches.normal[rows]
+    sides = np.where(solution.patches.front[rows], -1.0, 1.0)
+    places, normals = _standing(around, shading.detail, face, points, flat, sides)
+    indirect, direct, _ = _arriving(around, places, normals, keys, looks, aims, seed)
+    for which, k in _of_lobes(shading, rows):
+        if coats := shading.coats[which]:
+            from radiosity.view.gloss import dimming, entering
+
+            through[k] *= dimming(coats, -normals[k], to_view[k])
+            through[k] /= 1.0 - sum(coat.mean_albedo for coat in coats)
+            direct[k] = entering(around, coats, places[k], normals[k], keys[k], aims, seed)
+    return lambert(through) * (indirect + direct)
 
 
 def _of_lobes(shading, rows):
