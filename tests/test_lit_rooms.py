@@ -12,6 +12,7 @@ from radiosity.light.photometry import luminance
 from radiosity.light.sources import Directional, Flood, Point, Spot
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Camera, Scene
+from radiosity.solve.clustered import _kinds
 from radiosity.solve.plan import make_plan
 from radiosity.view.gather import radiance
 from radiosity.view.shading import make_shading
@@ -224,7 +225,7 @@ def test_picture_of_a_lit_room_is_what_its_walls_send():
     np.testing.assert_allclose(seen, exact, rtol=0.02)  # the accuracy asked
 
 
-def test_sheets_and_walls_of_one_reflectance_are_clusters_of_their_own():
+def test_clusters_of_sheets_keep_all_light_and_hold_no_walls():
     """A ball of 512 translucent facets about a lamp, in a room of opaque walls as grey."""
     ball = 0.4 * uv_sphere(16) + [2.0, 1.5, 1]
     made = lit(ROOM, 0.5, Point(np.array([2.0, 1.5, 1]), np.ones(3)))
@@ -233,6 +234,10 @@ def test_sheets_and_walls_of_one_reflectance_are_clusters_of_their_own():
     milk = replace(made.materials[0], name="milk", translucent=np.full(3, 0.5))
     made = replace(made, faces=faces, materials=(*made.materials, milk))
     assert make_plan(made, 0.1).clusters
-    balance = radiosity.solve(made, 0.1).balance
+    solution = radiosity.solve(made, 0.1)
+    balance, rows = solution.balance, np.flatnonzero(solution.live)
+    kinds = _kinds(made, solution.patches, rows)
+    sheet = made.faces.material[solution.patches.face[rows]] == 6
+    assert not set(kinds[sheet]) & set(kinds[~sheet])
     assert balance.defect < 1e-3
     np.testing.assert_allclose(balance.absorbed, 4 * np.pi, rtol=0.01)  # the ball keeps nothing

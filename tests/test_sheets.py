@@ -82,6 +82,20 @@ def test_what_comes_through_is_brightest_behind_the_brightest():
     np.testing.assert_allclose(other, one, rtol=0.01)
 
 
+def test_light_is_followed_through_one_sheet_after_the_other():
+    """Three rooms in a row: the second sheet is lit by what comes through the first."""
+    third = box((3, 0, 0), (4, 1, 1))[[0, 1, 3, 4, 5]]
+    middle = box((2, 0, 0), (3, 1, 1))[[0, 1, 4, 5]]
+    sheets = np.stack([ROOMS[-1], ROOMS[-1] + [1, 0, 0]])
+    made = scene(np.concatenate([ROOMS[:5], middle, third, sheets]), 0.5)
+    made = with_sheet(with_sheet(made, 0.3, -1), 0.3, -2)
+    made = replace(made, lights=(Point(np.array([0.5, 0.5, 0.5]), np.ones(3)),))
+    solution = radiosity.solve(made, 0.05)
+    last = (solution.patches.centroid[:, 0] > 3.0) & solution.patches.front
+    assert last.any() and solution.radiosity[last].all()
+    np.testing.assert_allclose(solution.balance.absorbed, 4 * np.pi, rtol=0.01)  # nothing is lost
+
+
 def test_other_side_has_the_same_values_at_the_same_places():
     patches = radiosity.solve(lit_rooms(), 0.1).patches
     elements = make_elements(patches, np.arange(len(patches)), 1)
