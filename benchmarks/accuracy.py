@@ -4,8 +4,8 @@
 
 References: path tracing of other programs (`scenes/*_reference`), of which two standard errors are
 allowed, and our own far finer solutions at 500 points of all surfaces. The error is that which
-`--accuracy` bounds: relative to the luminance at a point or a tenth of its mean; 95 % lie below. The
-lobes of cornell_glossy count as diffuse between surfaces, of which no estimate knows: its rows show
+`--accuracy` bounds: relative to the luminance at a point or a tenth of its mean; 95 % lie below.
+Lobes of cornell_glossy count as diffuse between surfaces, of which no estimate knows: its rows show
 what that costs, and are not pooled.
 """
 
