@@ -1,11 +1,11 @@
 """Blinn's lobe about the halfway vector, (N.H)^n, normalised so that it never returns too much."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from radiosity.light.frames import halfway
-from radiosity.light.reflection import checked_exponent, diffuse_mean, shown
+from radiosity.light.reflection import CosineLobe, checked_exponent, diffuse_mean
 from radiosity.light.visible import mirrored_density, mirrored_view
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
@@ -13,33 +13,13 @@ _DIES = 9.0  # cos^n(alpha) <= exp(-n alpha^2/2) is below 3e-18 beyond alpha = 9
 
 
 @dataclass(frozen=True)
-class Blinn:
+class Blinn(CosineLobe):
     """The lobe f = rho (N.H)^n/a_n, a_n = 8 pi (2^(-n/2) + n)/((n + 2)(n + 4)).
 
     a_n is the albedo of (N.H)^n at normal incidence, where it is largest, so the directional
     albedo is rho there and less elsewhere. *Blinn (1977)*; the usual (n + 8)/(8 pi) for 1/a_n is an
     approximation. Reciprocal.
-
-    Attributes
-    ----------
-    reflectance : (bands,) float64
-        rho.
-    exponent : float or ndarray
-        n >= 0.
     """
-
-    reflectance: np.ndarray
-    exponent: float | np.ndarray
-    reciprocal = True
-
-    @property
-    def summary(self) -> str:
-        """The model in words."""
-        return f"Blinn, reflectance {shown(self.reflectance)}, exponent {shown(self.exponent)}"
-
-    def with_exponent(self, exponent) -> "Blinn":
-        """Return the lobe with another exponent, or one for each point."""
-        return replace(self, exponent=exponent)
 
     def value(self, to_light, to_view):
         """Return f (..., bands) in 1/sr."""

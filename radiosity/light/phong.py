@@ -1,11 +1,11 @@
 """Phong's lobe about the mirror direction, normalised so that it never returns too much."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from radiosity.light.frames import frame, polar, to_scene
-from radiosity.light.reflection import checked_exponent, diffuse_mean, shown
+from radiosity.light.reflection import CosineLobe, checked_exponent, diffuse_mean
 
 _Z = np.array([0.0, 0.0, 1.0])
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
@@ -76,29 +76,8 @@ def phong_albedo(exponent, cos_theta):
 
 
 @dataclass(frozen=True)
-class Phong:
-    """Energy-normalised Phong lobe, f = rho (n + 2)/(2 pi) cos^n(angle to the mirror), see `phong`.
-
-    Attributes
-    ----------
-    reflectance : (bands,) float64
-        rho, the albedo at normal incidence.
-    exponent : float or ndarray
-        n >= 0.
-    """
-
-    reflectance: np.ndarray
-    exponent: float | np.ndarray
-    reciprocal = True
-
-    @property
-    def summary(self) -> str:
-        """The model in words."""
-        return f"Phong, reflectance {shown(self.reflectance)}, exponent {shown(self.exponent)}"
-
-    def with_exponent(self, exponent) -> "Phong":
-        """Return the lobe with another exponent, or one for each point."""
-        return replace(self, exponent=exponent)
+class Phong(CosineLobe):
+    """Energy-normalised Phong lobe, f = rho (n + 2)/(2 pi) cos^n(angle to mirror), see `phong`."""
 
     def value(self, to_light, to_view):
         """Return f (..., bands) in 1/sr."""

@@ -16,6 +16,8 @@ shape against which its exponent or roughness, if an array, broadcasts:
 - ``summary``: the model in words
 """
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 
@@ -58,3 +60,30 @@ def checked_exponent(exponent) -> np.ndarray:
             "reflect without bound at right angles to the mirror direction"
         )
     return n
+
+
+@dataclass(frozen=True)
+class CosineLobe:
+    """What lobes of a power of a cosine have in common; reciprocal.
+
+    Attributes
+    ----------
+    reflectance : (bands,) float64
+        rho, the albedo at normal incidence.
+    exponent : float or ndarray
+        n >= 0.
+    """
+
+    reflectance: np.ndarray
+    exponent: float | np.ndarray
+    reciprocal = True
+
+    @property
+    def summary(self) -> str:
+        """The model in words."""
+        name, rho = type(self).__name__, shown(self.reflectance)
+        return f"{name}, reflectance {rho}, exponent {shown(self.exponent)}"
+
+    def with_exponent(self, exponent) -> "CosineLobe":
+        """Return the lobe with another exponent, or one for each point."""
+        return replace(self, exponent=exponent)

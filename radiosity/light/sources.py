@@ -33,8 +33,23 @@ class Falloff:
         return np.where(distance > 0.0, np.minimum(share, np.finfo(float).max), 0.0)
 
 
+class Source:
+    """A source that shines alike in all directions in which it shines."""
+
+    def edges(self, from_light: np.ndarray) -> np.ndarray:
+        """Return (k,) values that change fast where the shape has an edge, and only there."""
+        return np.ones(len(from_light))
+
+    def misses(self, from_light: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Return (k,) bool: cones about directions whose middles tell nothing of the light in them.
+
+        Those that may hold all of a lobe narrower than they are; ``radius`` (k,) in radians.
+        """
+        return np.zeros(len(from_light), bool)
+
+
 @dataclass(frozen=True)
-class Point:
+class Point(Source):
     """A point that shines alike in all directions.
 
     Attributes
@@ -75,17 +90,6 @@ class Point:
     def of_intensity(self, intensity: np.ndarray) -> "Point":
         """Return the same source with another intensity (bands,)."""
         return replace(self, intensity=intensity)
-
-    def edges(self, from_light: np.ndarray) -> np.ndarray:
-        """Return (k,) values that change fast where the shape has an edge, and only there."""
-        return np.ones(len(from_light))
-
-    def misses(self, from_light: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Return (k,) bool: cones about directions whose middles tell nothing of the light in them.
-
-        Those that may hold all of a lobe narrower than they are; ``radius`` (k,) in radians.
-        """
-        return np.zeros(len(from_light), bool)
 
     @property
     def solid_angle(self) -> float:
@@ -136,7 +140,7 @@ class Spot(Point):
         return self.shape(from_light)
 
     def misses(self, from_light: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Return (k,) bool, see `Point.misses`."""
+        """Return (k,) bool, see `Source.misses`."""
         return _hold(from_light, self.axis, radius, self.cutoff, self.cutoff)
 
     @property
@@ -168,7 +172,7 @@ class Flood(Point):
         return (from_light @ self.axis > 0.0).astype(float)
 
     def misses(self, from_light: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Return (k,) bool, see `Point.misses`."""
+        """Return (k,) bool, see `Source.misses`."""
         half, end = (np.arccos(least ** (1.0 / max(self.exponent, 1e-6))) for least in (0.5, TAIL))
         return _hold(from_light, self.axis, radius, half, end)
 
@@ -179,7 +183,7 @@ class Flood(Point):
 
 
 @dataclass(frozen=True)
-class Directional:
+class Directional(Source):
     """Parallel light, of the sun.
 
     Attributes
@@ -205,14 +209,6 @@ class Directional:
         """Return what is wrong with it beside its strength, as ends of sentences."""
         length = np.linalg.norm(self.direction)
         return [] if abs(length - 1.0) <= UNIT else [f"has a direction of length {length:g}, not 1"]
-
-    def edges(self, from_light: np.ndarray) -> np.ndarray:
-        """Return (k,) ones, see `Point.edges`."""
-        return np.ones(len(from_light))
-
-    def misses(self, from_light: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Return (k,) bool, see `Point.misses`."""
-        return np.zeros(len(from_light), bool)
 
     def reaching(self, points: np.ndarray, unit_m: float):
         """Return what reaches points (k, 3), see `Point.reaching`; from an infinite distance."""

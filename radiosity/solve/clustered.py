@@ -16,7 +16,7 @@ from radiosity.mesh.clusters import make_clusters
 from radiosity.mesh.elements import make_elements
 from radiosity.scene.model import Scene
 from radiosity.solve.equations import System, sheets_of
-from radiosity.solve.level import suited
+from radiosity.solve.level import from_outside, suited
 from radiosity.solve.methods import solve_bands
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
@@ -95,7 +95,7 @@ class Clustered:
     @property
     def entering(self) -> np.ndarray:
         """Return (m, bands): the irradiance of the live patches that no patch sends, W/m2."""
-        return np.pi * self.outside[:, None] * self.scene.ambient + self.lamplight
+        return from_outside(self.scene, self.outside) + self.lamplight
 
     @property
     def escaping(self) -> np.ndarray:
@@ -147,7 +147,7 @@ def solve_clusters(
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     terms, lights = make_terms(scene, patches, reach.live), lights_of(scene, MOST_LIGHTS)
     labels = make_clusters(patches, rows, _kinds(scene, patches, rows), clusters)
-    straight = _straight(reach, rows, replace(lights, lamps=()), recipe.seed, progress)
+    straight = _straight(reach, rows, lights.without_lamps(), recipe.seed, progress)
     lamplight = _lamplight(reach, rows, lights)
     n = labels.max(initial=-1) + 1
     half = int(np.clip(recipe.counted // max(1, n), *RAYS)) // 2
@@ -177,10 +177,11 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
 
 def _kinds(scene, patches, rows):
     """Return (m,) int: what patches reflect and let through, of textures the means over all."""
-    side, material = np.where(patches.front, 0, 1), scene.faces.material[patches.face]
-    rho = side_reflectance(scene)[side[rows], material[rows]]
-    laws = np.hstack([rho, translucent(scene)[material[rows]]])
-    return np.unique(laws, axis=0, return_inverse=True)[1].ravel()
+    rho, tau = side_reflectance(scene), translucent(scene)
+    laws = np.concatenate([rho, np.broadcast_to(tau, rho.shape)], axis=2)
+    kind = np.unique(laws.reshape(-1, laws.shape[2]), axis=0, return_inverse=True)[1]
+    side, material = np.where(patches.front[rows], 0, 1), scene.faces.material[patches.face[rows]]
+    return kind.reshape(2, -1)[side, material]
 
 
 def _straight(reach, rows, lights, seed, progress):
@@ -220,7 +221,7 @@ def solved(
     rho, emission = terms.reflectance[rows], terms.emission[rows]
     own = 0.0 if len(lights.polygons) else emission
     outside = factors.environment[labels]
-    entering = np.pi * outside[:, None] * scene.ambient + lamplight
+    entering = from_outside(scene, outside) + lamplight
 
     def pulled(x):
         return np.stack([np.bincount(labels, area * x[:, b], n) for b in range(x.shape[1])], axis=1)
@@ -232,7 +233,9 @@ def solved(
     arrived = np.sum(area[:, None] * straight, axis=0)
     known = (arrived > 0) & (stays > 0)
     kept = straight * np.divide(stays, arrived, out=np.ones_like(arrived), where=known)
-    sheets = sheets_of(terms, make_elements(patches, rows, 0), rows)
+    sheets = None
+    if terms.transmittance is not None:
+        sheets = sheets_of(terms, make_elements(patches, rows, 0), rows)
 
     def scattered(e):
         return rho * e if sheets is None else rho * e + sheets.passed(e)

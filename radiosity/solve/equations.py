@@ -120,10 +120,8 @@ class System:
         return float(np.max(gain * worst / np.where(largest > 0.0, largest, 1.0)))
 
 
-def sheets_of(terms: Terms, elements: Elements, rows: np.ndarray) -> Sheets | None:
-    """Return what goes through the patches ``rows``, of these elements; None where nothing does."""
-    if terms.transmittance is None:
-        return None
+def sheets_of(terms: Terms, elements: Elements, rows: np.ndarray) -> Sheets:
+    """Return what goes through the patches ``rows``, of these elements."""
     place = np.full(len(terms.twin) + 1, -1)
     place[rows] = np.arange(len(rows))
     across = from_other_side(elements, place[terms.twin[rows]])

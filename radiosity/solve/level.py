@@ -95,7 +95,7 @@ class Level:
     @property
     def entering(self) -> np.ndarray:
         """Return the coefficients (width m, bands) of irradiance that no patch sends."""
-        return _entering(self.scene, self.outside) + self.lamplight
+        return from_outside(self.scene, self.outside) + self.lamplight
 
     def arrived(self, coefficients: np.ndarray) -> np.ndarray:
         """Return the coefficients of the irradiance that radiosities of the live patches cause."""
@@ -227,8 +227,8 @@ def solve_level(
             factors = fitted(factors, reach)
         outside, own = factors.environment, np.arange(len(patches))
     lamplight = _lamplight(scene, reach, elements, len(own), constant)
-    entering = _entering(scene, outside) + lamplight
-    sheets = sheets_of(terms, elements, rows)
+    entering = from_outside(scene, outside) + lamplight
+    sheets = None if terms.transmittance is None else sheets_of(terms, elements, rows)
     spread = sheets if sheets is None or recipe.order == 1 else sheets.spread(rows, len(own))
     system = _system(terms, factors, entering, own, elements.width, spread)
     solver = suited(recipe.solver, system, reach.live[own])
@@ -242,8 +242,8 @@ def solve_level(
     return level(*solve_bands(solver, system, recipe.tolerance, recipe.force, seen))
 
 
-def _entering(scene, outside):
-    """Return the irradiance of the light that enters from outside."""
+def from_outside(scene: Scene, outside: np.ndarray) -> np.ndarray:
+    """Return the irradiance (m, bands) of ambient light, by factors (m,) to the outside."""
     return np.pi * outside[:, None] * scene.ambient
 
 

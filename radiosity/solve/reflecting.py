@@ -81,6 +81,15 @@ def _norms(case, g):
 def _beckmann(case, g):
     facets, cosine = Beckmann(g["m"]), np.cos(np.radians(g["alpha_deg"]))
     yield _check(case, "", case["value"][0], lambda: facets.relative(cosine) / facets.norm())
+    yield _check(case, "integral", case["value"][1], lambda: _covered(facets))
+
+
+def _covered(facets):
+    """Return int D cos(alpha) dw over the hemisphere by Gauss's rule in alpha."""
+    x, w = np.polynomial.legendre.leggauss(400)
+    alpha = np.pi / 4.0 * (x + 1.0)
+    seen = 2.0 * np.pi * np.sin(alpha) * np.cos(alpha) * facets.relative(np.cos(alpha))
+    return np.pi / 4.0 * np.sum(w * seen) / facets.norm()
 
 
 def _rows(case, g):

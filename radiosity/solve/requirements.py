@@ -284,9 +284,8 @@ def _passages(scene, plan, reach, is_open):
 
 def having(scene: Scene, part: str) -> str:
     """Return the names of materials in use that have a lobe, a mirror or a transmission."""
-    used = {int(k) for k in scene.faces.material}
-    made = enumerate(scene.materials)
-    return ", ".join(m.name for k, m in made if k in used and getattr(m, part) is not None)
+    used = [scene.materials[k] for k in np.unique(scene.faces.material)]
+    return ", ".join(m.name for m in used if getattr(m, part) is not None)
 
 
 def _lights(scene, plan, reach, is_open):

@@ -47,6 +47,10 @@ class Lights:
     lamps: tuple[Light, ...] = ()
     unit_m: float = 1.0
 
+    def without_lamps(self) -> "Lights":
+        """Return the polygons alone."""
+        return Lights(self.polygons, self.normals, self.exitance)
+
     def only(self, k: int) -> "Lights":
         """Return one of the polygons alone."""
         one = slice(k, k + 1)

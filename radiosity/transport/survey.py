@@ -59,7 +59,7 @@ def survey(
     views = partial(_look, visibility, table, patches, seed=seed)
     inside = partial(_well_inside, visibility, patches)
     if lights is not None:
-        lit |= _lit_directly(visibility, patches, lights, seed) & exposed
+        lit |= _lit_directly(visibility, patches, lights.without_lamps(), seed) & exposed
     new = np.flatnonzero(lit)
     while len(new):
         _spread(views, inside, new, lit.reshape(-1), through)
