@@ -9,7 +9,7 @@ import pytest
 import radiosity
 from radiosity.light import photometry
 from radiosity.light.bands import FEWEST, GREY, RGB, mixed
-from radiosity.light.palette import Cells, Grey, Rgb, kind_of, of_source, palette_of
+from radiosity.light.palette import CELLS, Cells, Grey, Rgb, kind_of, of_source, palette_of
 from radiosity.light.spectrum import Spectrum, colour_of, daylight, nanometres, tristimulus
 from radiosity.light.texture import Mixed, Texture
 from radiosity.scene.checks import Number
@@ -280,3 +280,24 @@ def test_mixed_textures_are_textures_of_mixed_texels():
     assert one.bands == two.bands == 12 and not one.grey
     grey = Mixed(Texture(np.repeat(random.uniform(0, 1, (2, 2, 1)), 3, axis=2)), shares)
     assert grey.grey and np.ptp(grey.at(places), axis=1).max() == 0.0
+
+
+def test_grey_bands_of_a_narrow_lamp_have_no_negative_shares(room, tmp_path):
+    """Green of 520 nm lies outside of sRGB: its red is negative, and has no share in the grey."""
+    (tmp_path / "narrow.csv").write_text("519,0\n520,1\n521,0\n")
+    scene = room("diffuse = [1, 0, 0]", 'emission = { radiance = "narrow.csv" }', bands="grey")
+    assert 0.0 <= scene.materials[0].diffuse[0] < 0.01
+
+
+def test_saturated_textures_stay_within_bounds_in_wavelengths():
+    """Primaries add up to 1 to rounding only."""
+    yellow = Mixed(Texture(np.ones((2, 2, 3)) * [1, 1, 0]), Cells(24).shares)
+    uv = np.random.default_rng(2).random((9, 2))
+    for values in (yellow.mean, yellow.highest, yellow.lowest, yellow.at(uv)):
+        assert values.min() >= 0.0 and values.max() <= 1.0
+    assert mixed(np.array([1.0, 1.0, 0.0]), Cells(24).shares).max() > 1.0  # or it tests nothing
+
+
+@pytest.mark.parametrize("accuracy", [0.0, -1.0, np.nan])
+def test_an_impossible_accuracy_is_left_to_the_solve(accuracy):
+    assert kind_of("spectral", True, accuracy) == CELLS

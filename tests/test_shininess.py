@@ -125,3 +125,10 @@ def test_texels_out_of_bounds_are_told(tmp_path):
     np.save(tmp_path / "t.npy", np.array([[0.0, 1.5]]))
     with pytest.raises(SceneError, match=r"row 0, column 1: 1.5 must lie in \[0, 1\]: 0 is shiny"):
         radiosity.load(tmp_path / "plate.toml")
+
+
+def test_a_raw_form_has_no_texture(tmp_path):
+    with pytest.raises(SceneError) as error:
+        plate(tmp_path, facets='trowbridge-reitz", convention = "seed')
+    (problem,) = error.value.problems
+    assert 'specular.convention = "seed" has one roughness only' in problem

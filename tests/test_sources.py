@@ -85,6 +85,14 @@ def test_turning_lamp_and_point_together_changes_nothing():
         )
 
 
+@pytest.mark.parametrize("cutoff", [1e-8, 1e-4, 0.1])
+def test_narrow_spots_keep_the_digits_of_their_solid_angle(cutoff):
+    """Of a beam of 0 it is pi c^2/3 (1 - c^2/20 ..), which 1 - sin(c)/c has no digits for."""
+    narrow = Spot(np.zeros(3), ONE, axis=AXIS, beam=0.0, cutoff=cutoff)
+    exact = np.pi * cutoff**2 / 3 * (1 - cutoff**2 / 20 + cutoff**4 / 840)
+    np.testing.assert_allclose(narrow.solid_angle, exact, rtol=1e-8)  # the next term
+
+
 @pytest.mark.parametrize("name", ["spot", "hard spot", "flood"])
 def test_wide_cones_that_may_hold_the_lobe_are_told(name):
     lamp = LAMPS[name]

@@ -312,6 +312,7 @@ WRONG = [
     ('up = "w"\n' + FLOOR, "up = \"w\" must be one of 'x', 'y' or 'z'"),
     ("name = 5\n" + FLOOR, "name = 5 must be text in quotes"),
     ("nmae = 5\n" + FLOOR, "nmae is not a known key here: did you mean name?"),
+    ("[materials.m]\n" + ".".join("a" * 3000) + " = 1\n" + FLOOR, "materials.m.a is not a known"),
     ("[[lamps]]\ntype = \"point\"\n" + FLOOR, "lamps is not a known key here"),
     # cameras
     (camera("fov = 0"), "cameras.c.fov = 0 must lie between 0 and 180, both excluded"),
