@@ -2,6 +2,7 @@
 
 from collections import namedtuple
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
@@ -14,6 +15,9 @@ from radiosity.transport.lookup import Table, cell_at
 from radiosity.transport.occlusion import seen_share
 from radiosity.transport.polygon import point_factor
 from radiosity.transport.visibility import Visibility
+
+if TYPE_CHECKING:
+    from radiosity.transport.paths import Space
 
 FINER = 4  # direct light is kept on a grid of FINER x FINER cells for each of a face's own
 
@@ -65,13 +69,15 @@ class Lights:
 class Surroundings:
     """All that is needed to find the light that arrives at a point.
 
-    ``field`` holds what patches send out beside what ``lights`` emits.
+    ``field`` holds what patches send out evenly beside what ``lights`` emits; ``space`` is there
+    where some send light on along single directions.
     """
 
     visibility: Visibility
     table: Table
     field: Field
     lights: Lights
+    space: "Space | None" = None
 
 
 @njit(cache=True, nogil=True)

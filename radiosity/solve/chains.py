@@ -1,0 +1,77 @@
+"""What a scene's mirrors, clear bodies and lobes carry between the elements of a mesh (E23)."""
+
+import numpy as np
+
+from radiosity.mesh.elements import Elements, make_elements, make_nodes
+from radiosity.scene.model import Scene
+from radiosity.solve.optics import make_optics
+from radiosity.solve.plan import Recipe
+from radiosity.solve.reach import Reach
+from radiosity.transport.arrival import Arrival
+from radiosity.transport.chains import Chains, Tracer, find_chains
+from radiosity.transport.paths import Space
+from radiosity.transport.threads import Progress, over_ranges
+
+AT_POINTS = 16  # rays from a point that is asked for, to those from a node
+PARTS = 4  # that they are cast in, to tell their noise
+KEY = 1 << 45  # tells the patterns of points from those of nodes
+RAYS_AT_ONCE = 1 << 15
+
+
+def make_tracer(scene: Scene, reach: Reach, elements: Elements, seed: int) -> Tracer:
+    """Return what follows light back to the elements of the live patches."""
+    patches, rows = reach.patches, np.flatnonzero(reach.live)
+    place = np.full(len(patches) + 1, -1)
+    place[rows] = np.arange(len(rows))
+    sides = np.stack([np.arange(patches.fronts), patches.back_of], axis=1)
+    space = Space(reach.visibility, reach.table, make_optics(scene, reach.table))
+    return Tracer(space, elements, place[sides.ravel()], scene.lights, scene.unit_m, seed)
+
+
+def chains_of(
+    tracer: Tracer, reach: Reach, recipe: Recipe, constant: bool, progress: Progress
+) -> Chains:
+    """Return what arrives at the elements of the live patches by way of other surfaces."""
+    elements, rows = tracer.elements, np.flatnonzero(reach.live)
+    linear = elements if elements.order == 1 else make_elements(reach.patches, rows, 1)
+    found = find_chains(tracer, make_nodes(linear), recipe.chained, progress)
+    return found.without_slopes(len(rows)) if constant else found
+
+
+def arriving_by_chains(
+    tracer: Tracer, coefficients: np.ndarray, ambient: np.ndarray, points: np.ndarray,
+    normals: np.ndarray, rays: int,
+) -> Arrival:  # fmt: skip
+    """Return what arrives at points by way of other surfaces, (k, bands), and its standard error.
+
+    Parameters
+    ----------
+    coefficients : (width n, bands) float64
+        Of the radiosity of the elements.
+    ambient : (bands,) float64
+        Radiance of the outside.
+    """
+    k, bands = len(points), coefficients.shape[1]
+    parts = np.zeros((PARTS, k, bands))
+    each = rays // PARTS
+
+    def work(a, b):
+        keys = KEY + np.arange(a, b)
+        for part in range(PARTS):
+            some = range(part * each, (part + 1) * each)
+            here = points[a:b], normals[a:b], keys, some
+            parts[part, a:b] = _radiosity_seen(tracer, coefficients, ambient, *here)
+
+    over_ranges(work, k, max(1, RAYS_AT_ONCE // each))
+    error = parts.std(axis=0, ddof=1) / np.sqrt(PARTS)
+    return Arrival(parts.mean(axis=0), error, np.ones(k))
+
+
+def _radiosity_seen(tracer, coefficients, ambient, points, normals, keys, samples):
+    found = np.zeros((len(points), coefficients.shape[1]))
+    for bounce, (owner, ends) in enumerate(tracer.paths(points, normals, keys, samples)):
+        light = np.pi * tracer.lamplight(ends)
+        if bounce > 0:
+            light += tracer.radiosity(ends, coefficients, ambient)
+        np.add.at(found, owner, ends.weight * light / len(samples))
+    return found
