@@ -14,7 +14,7 @@ from radiosity.transport.chains import Chains, Tracer, find_chains
 from radiosity.transport.paths import Space
 from radiosity.transport.threads import Progress, over_ranges
 
-AT_POINTS = 16  # rays from a point that is asked for, to those from a node
+AT_POINTS = 8  # rays from a point that is asked for, to those from a node
 PARTS = 4  # that they are cast in, to tell their noise
 MOST_TARGETS = 64  # triangles that rays are aimed at, rather than all around
 KEY = 1 << 45  # tells the patterns of points from those of nodes
