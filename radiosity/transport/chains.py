@@ -17,6 +17,7 @@ from scipy.sparse import csr_array
 from radiosity.mesh.elements import Elements, Nodes
 from radiosity.mesh.patches import Patches
 from radiosity.transport.aiming import Targets, aimed_rays
+from radiosity.transport.caustics import Caustics
 from radiosity.transport.counting import make_beams
 from radiosity.transport.hemisphere import meet, rays_from
 from radiosity.transport.highlights import counted, in_lobes
@@ -80,6 +81,8 @@ class Tracer:
         What rays are aimed at; without, they look all around.
     images : tuple of Image
         What is known exactly of planar mirrors, and left out of what rays bring.
+    caustics : Caustics, optional
+        Light of lamps by way of other mirrors and clear bodies.
     """
 
     space: Space
@@ -91,6 +94,7 @@ class Tracer:
     seed: int
     targets: Targets | None = None
     images: tuple[Image, ...] = ()
+    caustics: Caustics | None = None
 
     def paths(self, points, normals, keys, samples: range) -> Iterator[Step]:
         """Return the ends of all rays from points: first hits, then bounce by bounce.
@@ -162,8 +166,14 @@ class Tracer:
             found[k] += basis[:, a, None] * coefficients[a * n + owner]
         return found
 
+    @property
+    def areas_of_elements(self) -> np.ndarray:
+        """Return (n,) in scene units."""
+        v = self.elements.vertices
+        return 0.5 * np.linalg.norm(np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1]), axis=1)
+
     def lamplight(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return the irradiance (k, bands) at points by lamps seen in mirrors, W/m2."""
+        """Return the irradiance (k, bands) at points by lamps seen in planar mirrors, W/m2."""
         found = np.zeros((len(points), self.space.optics.bands))
         for image in self.images:
             found += image.lamplight(points, normals, self.lights.unit_m)
@@ -346,7 +356,10 @@ def find_chains(
             to[here] = found
 
     over_ranges(work, n, max(1, RAYS_AT_ONCE // (4 * rays)), "chains", progress)
-    return Chains(matrix, which, *(fit @ x for x in parts), emitted)
+    parts = [fit @ x for x in parts]
+    if tracer.caustics is not None:
+        parts[2][:n] += tracer.caustics.on(tracer.element, tracer.areas_of_elements)
+    return Chains(matrix, which, *parts, emitted)
 
 
 def cluster_chains(
@@ -373,4 +386,8 @@ def cluster_chains(
             to[a:b] = found
 
     over_ranges(work, n, max(1, RAYS_AT_ONCE // rays), "chains")
+    if tracer.caustics is not None:
+        area = tracer.areas_of_elements
+        power = area[:, None] * tracer.caustics.on(tracer.element, area)
+        np.add.at(parts[2], labels, power / np.bincount(labels, area, n)[labels, None])
     return Chains(matrix, which, *parts)
