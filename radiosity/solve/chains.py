@@ -11,11 +11,12 @@ from radiosity.solve.system import make_terms
 from radiosity.transport.aiming import make_targets
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.caustics import FEWEST, MOST, find_caustics
-from radiosity.transport.chains import Chains, Tracer, cluster_chains, find_chains
+from radiosity.transport.chains import Chains, cluster_chains, find_chains
 from radiosity.transport.images import find_planes, make_images
 from radiosity.transport.irradiance import Lights
 from radiosity.transport.paths import Space
 from radiosity.transport.threads import Progress, over_ranges
+from radiosity.transport.tracer import Tracer
 from radiosity.transport.visibility import LIFT
 
 AT_POINTS = 8  # rays from a point that is asked for, to those from a node
