@@ -62,12 +62,18 @@ def test_what_takes_no_light_leaves_a_furnace_even(name, order):
 
 
 def test_inside_of_glass_the_irradiance_is_n_squared_times_as_large():
-    """L/n^2 is the same everywhere in a furnace: so E = n^2 E_furnace on a black chip in glass."""
+    """L/n^2 is that of the furnace in all directions that leave the block: cones about its axes.
+
+    E/(n^2 E_furnace) of a black chip in it is 1/n^2, of the cone about its normal, and
+    (b - sin(b) cos(b))/pi of each of the other four, sin(b) = 1/n. No light gets into the rest.
+    """
     chip = np.array([[[1.4, 1.4, 1], [1.6, 1.4, 1], [1.6, 1.6, 1], [1.4, 1.6, 1]]])
     materials = [surface("w", 0.5, 1.0), surface("g", 0.0, **CLEAR), surface("chip", 0.0)]
     solution = solve(scene_of([WALLS, BODY, chip], materials), 0.1)
     found, _ = solution.irradiance([[1.5, 1.5, 1.0]], [[0, 0, 1.0]])
-    assert found[0, 0] == pytest.approx(2.0 * 1.5**2, rel=0.03)
+    critical = np.arcsin(1 / 1.5)
+    share = 1 / 1.5**2 + 4 * (critical - np.sin(critical) * np.cos(critical)) / np.pi
+    assert found[0, 0] == pytest.approx(2.0 * 1.5**2 * share, rel=0.02)
 
 
 def gloss_over_a_floor(exponent, lamp):

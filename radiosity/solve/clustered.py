@@ -236,6 +236,13 @@ def _lamplight(reach, rows, lights):
     return lamps_on(reach.visibility, lights.lamps, elements, lights.unit_m)
 
 
+def _scaled(straight, area, stays):
+    """Return straight light (m, bands), scaled so that its power is what ``stays`` (bands,)."""
+    arrived = np.sum(area[:, None] * straight, axis=0)
+    known = (arrived > 0) & (stays > 0)
+    return straight * np.divide(stays, arrived, out=np.ones_like(arrived), where=known)
+
+
 def solved(
     scene, reach, recipe, terms, lights, labels, factors, chains, straight, lamplight, watch=None
 ) -> Clustered:
@@ -259,10 +266,7 @@ def solved(
     def mean(x):
         return pulled(x) / np.bincount(labels, area, n)[:, None]
 
-    stays = (1.0 - factors.loss) @ pulled(emission - own)
-    arrived = np.sum(area[:, None] * straight, axis=0)
-    known = (arrived > 0) & (stays > 0)
-    kept = straight * np.divide(stays, arrived, out=np.ones_like(arrived), where=known)
+    kept = _scaled(straight, area, (1.0 - factors.loss) @ pulled(emission - own))
     sheets = None
     if terms.transmittance is not None:
         sheets = sheets_of(terms, make_elements(patches, rows, 0), rows)
