@@ -100,6 +100,10 @@ CAMERAS = {
         "oblique", np.array([120.0, 90, -300]), np.array([300.0, 430, 220]),
         np.array([0.3, 1, 0.1]), 58.0, (200, 150),
     ),
+    "orthographic": Camera(
+        "upwards", np.array([90.0, 250, 60]), np.array([220.0, 540, 190]),
+        np.array([1.0, 1, 0.1]), None, (200, 150), height=700.0,
+    ),
 }  # fmt: skip
 
 
@@ -175,6 +179,26 @@ def test_a_gathered_window_is_the_rendered_picture(glossy, opened):
     home = gather.render(glossy, size=SIZE, samples=48)
     differ = np.abs(shot(win).astype(int) - tone_map(home.pixels, home.exposure))
     assert np.mean(differ > 2) < 1e-3  # rounding of the camera may turn a sample at an edge
+
+
+def test_an_orthographic_window_gathers_zooms_and_returns(glossy, opened):
+    home = CAMERAS["orthographic"]
+    win = opened(glossy, home, SIZE, samples=16)
+    plain = win.screenshot()
+    press(win, "g")
+    gather_fully(win)
+    seen = current_camera(win.plotter, "now")
+    assert seen.orthographic and seen.height == 700.0 and seen.fov is None
+    image = gather.render(glossy, seen, samples=16)
+    differ = np.abs(shot(win).astype(int) - tone_map(image.pixels, image.exposure))
+    assert differ.max() <= 2
+    assert np.abs(shot(win).astype(int) - plain).mean() < 20  # the same things at the same places
+    win.plotter.camera.zoom(2.0)
+    win.tick()
+    assert current_camera(win.plotter, "now").height == 350.0
+    assert not win.finished, "another extent is another view"
+    press(win, "r")
+    assert current_camera(win.plotter, "now").height == 700.0
 
 
 def test_passes_are_shown_as_they_come(glossy, opened):

@@ -172,8 +172,7 @@ def _add(solution, shading, camera, index, a, b, film):
     """Add one pass's light to the pixels a to b - 1."""
     xy = np.empty((b - a, 2))
     _jitter(a, film.width, index, solution.seed, xy)
-    directions = rays(camera, (film.width, film.height), xy)
-    origins = np.broadcast_to(camera.position, directions.shape)
+    origins, directions = rays(camera, (film.width, film.height), xy)
     rows, points = first_rows(solution, origins, directions)
     film.total[a:b][rows == MISS] += solution.surroundings.field.outside / np.pi
     seen = rows >= 0

@@ -14,7 +14,6 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,9 +27,7 @@ from radiosity.view.image import tone_map
 from radiosity.view.polydata import to_pyvista
 from radiosity.view.progressive import Cover, Job
 from radiosity.view.shading import auto_exposure
-
-if TYPE_CHECKING:
-    import pyvista
+from radiosity.view.standpoint import current_camera, look_from
 
 REST = 0.3  # seconds without movement after which a view is gathered
 TICK = 0.01  # seconds between two looks for events and news
@@ -116,16 +113,6 @@ def display_available() -> bool:
     except (OSError, subprocess.TimeoutExpired):
         return False
     return answer.returncode == 0 and answer.stdout.strip().endswith("True")
-
-
-def current_camera(plotter: "pyvista.Plotter", name: str) -> Camera:
-    """Return where a pyvista window looks from at this moment, at its size in pixels."""
-    seen = plotter.renderer.GetActiveCamera()
-    position, target, up = (
-        np.array(v) for v in (seen.GetPosition(), seen.GetFocalPoint(), seen.GetViewUp())
-    )
-    size = tuple(plotter.render_window.GetSize())
-    return Camera(name, position, target, up, seen.GetViewAngle(), size)
 
 
 class Window:
@@ -282,7 +269,7 @@ class Window:
     def _view(self):
         """Return all that decides what a pixel shows."""
         c = current_camera(self.plotter, "")
-        return (*c.position, *c.target, *c.up, c.fov, *c.size)
+        return (*c.position, *c.target, *c.up, c.fov, c.height, *c.size)
 
     def _follow(self):
         """Uncover the moving surfaces, and stop gathering what is no longer looked at."""
@@ -329,13 +316,7 @@ class Window:
 
     def _reset(self):
         """Look from the scene's camera, turning about a point within the scene."""
-        camera, seen = self._home, self.plotter.renderer.GetActiveCamera()
-        seen.SetPosition(camera.position)
-        seen.SetFocalPoint(_pivot(camera, self._solution.scene.faces.vertices))
-        seen.SetViewUp(camera.up)  # also the axis that dragging turns about
-        seen.SetViewAngle(camera.fov)
-        self.plotter.renderer.camera.is_set = True
-        self.plotter.renderer.ResetCameraClippingRange()
+        look_from(self.plotter, self._home, self._solution.scene.faces.vertices)
         self.plotter.render()
 
     def _save(self):
@@ -358,19 +339,6 @@ class Window:
         self.gathering = False
         self._drop()
         self.plotter.iren.terminate_app()
-
-
-def _pivot(camera, vertices):
-    """Return the point to turn about: the target, or abreast of the scene's middle if outside.
-
-    It lies on the line of sight, so the picture does not depend on it.
-    """
-    low, high = vertices.reshape(-1, 3).min(axis=0), vertices.reshape(-1, 3).max(axis=0)
-    if np.all((low <= camera.target) & (camera.target <= high)):
-        return camera.target
-    forward = basis(camera)[2]
-    depth = forward @ ((low + high) / 2 - camera.position)
-    return camera.position + depth * forward if depth > 0 else camera.target
 
 
 def _check_display():
