@@ -15,9 +15,12 @@ from radiosity.scene.model import Camera
 from radiosity.solve.solve import solve
 from radiosity.view import gather, progressive, window
 from radiosity.view.camera import project
+from radiosity.view.falsecolour import Scale, bar
 from radiosity.view.image import tone_map
 from radiosity.view.shading import auto_exposure
-from radiosity.view.window import Window, current_camera
+from radiosity.view.standpoint import current_camera
+from radiosity.view.tones import Tones
+from radiosity.view.window import Window
 
 ROOT = Path(__file__).resolve().parent.parent
 SIZE = (96, 96)
@@ -410,6 +413,40 @@ def test_a_failed_gathering_is_told_and_leaves_the_surfaces(glossy, opened, monk
         win.tick()
     assert not win.gathering
     win.tick()
+
+
+def test_a_window_keeps_the_exposure_asked_when_it_gathers(glossy, opened):
+    tones = Tones(3.0 * auto_exposure(glossy))
+    win = opened(glossy, None, SIZE, samples=16, tones=tones)
+    assert win.screenshot().mean() > opened(glossy, None, SIZE).screenshot().mean() + 20
+    press(win, "g")
+    gather_fully(win)
+    image = gather.render(glossy, current_camera(win.plotter, "now"), samples=16)
+    differ = np.abs(shot(win).astype(int) - tone_map(image.pixels, tones.exposure))
+    assert differ.max() <= 2
+    with pytest.raises(ValueError, match="exposure = 0 must be positive"):
+        window.show(glossy, off_screen=True, exposure=0)
+
+
+def test_a_window_in_false_colours_gathers_beside_the_scale(glossy, opened):
+    scale = Scale(300.0)
+    win = opened(glossy, None, SIZE, samples=16, tones=Tones(1.0, scale))
+    strip = bar(scale, SIZE[1], over=True)
+    wide = SIZE[0] - strip.shape[1]
+    plain = win.screenshot()
+    assert np.array_equal(plain[:, wide:], strip)
+    press(win, "g")
+    gather_fully(win)
+    image = gather.render(glossy, current_camera(win.plotter, "now"), samples=16)
+    expected = scale.colours(image.luminance)[:, :wide]
+    found = shot(win)
+    assert np.mean(np.any(found[:, :wide] != expected, axis=2)) < 1e-3
+    assert np.array_equal(found[:, wide:], strip)
+    assert np.abs(plain[:, :wide].astype(int) - expected).mean() < 20  # surfaces, alike
+    win.plotter.window_size = (160, 120)
+    win.plotter.render()
+    taller = bar(scale, 120, over=True)
+    assert np.array_equal(win.screenshot()[:, 160 - taller.shape[1] :], taller)
 
 
 def test_show_off_screen_returns_the_picture(glossy, opened):
