@@ -37,7 +37,7 @@ class Scale:
     Examples
     --------
     >>> Scale(500.0).colours([0.0, 500.0]).tolist()
-    [[68, 1, 84], [253, 231, 37]]
+    [[68, 1, 84], [253, 231, 36]]
     >>> Scale(500.0, decades=2.0).position(50.0).tolist()
     0.5
     """
