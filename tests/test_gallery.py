@@ -66,14 +66,13 @@ def test_lroom_beside_its_reference(tmp_path):
 
 def test_a_deviation_is_that_of_the_blocks_less_the_references_noise(compared):
     rng = np.random.default_rng(0)
-    truth = rng.normal(1.0, 0.08, (64, 64, 1)) * np.ones(3)
-    noise = np.full((64, 64, 3), 0.08)
-    inside = np.ones((8, 8), bool)
+    truth = rng.normal(1.0, 0.4, (256, 256, 1)) * np.ones(3)
+    inside = np.ones((32, 32), bool)
     inside[0, 0] = False
-    reference = compared.Reference(truth, noise, inside)
-    off, rms = compared.deviation(np.full((16, 16, 3), 1.05), reference)
-    assert rms == pytest.approx(0.05, abs=0.003)  # the noise of a block, 1 %, is taken out
-    assert np.isnan(off[0, 0]) and np.nanmean(off) == pytest.approx(0.05, abs=0.003)
+    reference = compared.Reference(truth, np.full((256, 256, 3), 0.4), inside)
+    off, rms = compared.deviation(np.full((64, 64, 3), 1.05), reference)
+    assert rms == pytest.approx(0.05, abs=0.006)  # a block's noise, as much again, is taken out
+    assert np.isnan(off[0, 0]) and np.nanmean(off) == pytest.approx(0.05, abs=0.006)
 
 
 def test_blocks_of_references_hold_neither_edges_nor_lamps(compared):
@@ -120,6 +119,13 @@ def test_both_models_have_the_highlight_of_the_paper_at_normal_incidence(blinn):
             assert blinn.intensity(surface, model, up, up) == pytest.approx(expected, rel=1e-12)
         half = np.arccos(0.5 ** (1 / surface.lobe.model.exponent))
         assert TR(surface.c3, np.cos(half)) == pytest.approx(0.5, rel=1e-12)
+
+
+def test_diffuse_light_falls_with_the_cosine_and_highlights_do_not(blinn):
+    oblique, mirrored = blinn.polar(0.5, 0.0), blinn.polar(0.5, np.pi)
+    surface = blinn.ALUMINIUM
+    found = blinn.intensity(surface, surface.lobe, oblique, mirrored)
+    assert found == pytest.approx(0.6 * 0.5 + 0.4 * (199 / 201) ** 2, rel=1e-12)
 
 
 def TR(c3, cosine):
