@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -345,6 +346,24 @@ def test_key_r_returns_to_the_scenes_camera(glossy, opened):
     camera, home = current_camera(win.plotter, "now"), glossy.scene.cameras["front"]
     assert camera.position == pytest.approx(home.position) and camera.fov == home.fov
     assert camera.size == SIZE and camera.name == "now"
+
+
+def test_key_c_goes_through_the_scenes_cameras(glossy, opened):
+    front, up = glossy.scene.cameras["front"], CAMERAS["orthographic"]
+    both = replace(glossy, scene=replace(glossy.scene, cameras={"front": front, "up": up}))
+    win = opened(both, "front", SIZE)
+    plain = win.screenshot()
+    press(win, "c")
+    assert current_camera(win.plotter, "now").height == up.height
+    orbit(win, 30)
+    press(win, "r")
+    seen = current_camera(win.plotter, "now")
+    assert seen.position == pytest.approx(up.position) and seen.orthographic
+    press(win, "c")
+    assert np.array_equal(win.screenshot(), plain)
+    other = opened(both, CAMERAS["oblique"], SIZE)  # none of the scene's
+    press(other, "c")
+    assert np.array_equal(other.screenshot(), plain)
 
 
 def test_vtks_own_keys_do_nothing(glossy, opened):

@@ -76,10 +76,10 @@ def rays(
     aside = across[..., None] * right + above[..., None] * up
     position = np.asarray(camera.position, dtype=np.float64)
     if camera.orthographic:
-        return position + aside, np.broadcast_to(forward, aside.shape)
+        return position + aside, np.broadcast_to(forward, aside.shape).copy()
     direction = forward + aside
     direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
-    return np.broadcast_to(position, direction.shape), direction
+    return np.broadcast_to(position, direction.shape).copy(), direction
 
 
 def project(

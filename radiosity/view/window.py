@@ -36,7 +36,7 @@ REST = 0.3  # seconds without movement after which a view is gathered
 TICK = 0.01  # seconds between two looks for events and news
 PARTING = 0.5  # seconds that closing waits for the thread, which ends after its pass
 FILL = 0.9  # of the screen that a window takes at most, unless a size is asked for
-HELP = "drag turns, wheel zooms     g gather   e edges   r reset   s save   q quit"
+HELP = "drag turns, wheel zooms     g gather   c camera   e edges   r reset   s save   q quit"
 
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
@@ -278,6 +278,7 @@ class Window:
         self.plotter.enable_terrain_style(mouse_wheel_zooms=True, shift_pans=True)
         self.plotter.iren.clear_key_event_callbacks()
         for key, action in {
+            "c": self._next_camera,
             "e": self._toggle_edges,
             "g": self._toggle_gathering,
             "r": self._reset,
@@ -342,6 +343,14 @@ class Window:
         """Look from the scene's camera, turning about a point within the scene."""
         look_from(self.plotter, self._home, self._solution.scene.faces.vertices)
         self.plotter.render()
+
+    def _next_camera(self):
+        """Look from the scene's next camera, to which a reset then returns."""
+        cameras = list(self._solution.scene.cameras.values())
+        here = [k for k, camera in enumerate(cameras) if camera is self._home]
+        if cameras:
+            self._home = cameras[(here[0] + 1) % len(cameras) if here else 0]
+            self._reset()
 
     def _save(self):
         """Write what the window shows as a PNG file into the current folder."""
