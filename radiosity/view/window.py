@@ -36,7 +36,7 @@ REST = 0.3  # seconds without movement after which a view is gathered
 TICK = 0.01  # seconds between two looks for events and news
 PARTING = 0.5  # seconds that closing waits for the thread, which ends after its pass
 FILL = 0.9  # of the screen that a window takes at most, unless a size is asked for
-HELP = "drag turns, wheel zooms     g gather   c camera   e edges   r reset   s save   q quit"
+HELP = "drag turns, wheel zooms   g gather  c camera  e edges  r reset  s save  q quit"
 
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
