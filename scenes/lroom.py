@@ -9,6 +9,7 @@ blocks. Exits 1 where its rms exceeds 2 % of the mean.
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from compared import SIDE, deviation, reference
@@ -34,8 +35,8 @@ def main() -> int:
     image = radiosity.render(solution, size=(args.size, args.size))
     truth = reference("lroom")
     found, rms = deviation(image.pixels, truth)
-    exposure = BRIGHTER * image.exposure
-    image, traced = (radiosity.Image(x, exposure) for x in (image.pixels, truth.pixels))
+    image = replace(image, exposure=BRIGHTER * image.exposure)
+    traced = radiosity.Image(truth.pixels, image.exposure)
     draw(image.shown(), traced.shown(), 100.0 * found, f"rms {rms:.2%} of the mean", args.output)
     print(f"luminance over blocks of {SIDE} x {SIDE} pixels: rms error {rms:.2%}; {args.output}")
     return int(rms > BOUND)

@@ -75,7 +75,7 @@ class Job:
                     solution, camera, size=camera.size, samples=samples, stop=self._stopped.is_set
                 )
                 for done, image in enumerate(passes, start=1):
-                    self._newest = _Progress(done, tones.shown(image.pixels))
+                    self._newest = _Progress(done, tones.picture(image))
         except Exception as error:  # for the main thread to raise
             self.error = error
 

@@ -1,13 +1,13 @@
 """Tones: radiance as a window shows it, in its own colours or in false ones."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radiosity.light.colour import in_gamut
 from radiosity.light.photometry import photometric
-from radiosity.view.image import tone_map
+from radiosity.view.image import Image, tone_map
 
 if TYPE_CHECKING:
     from radiosity.view.falsecolour import Scale
@@ -35,3 +35,9 @@ class Tones:
         if self.scale is not None:
             return self.scale.colours(photometric(rgb))
         return tone_map(in_gamut(np.asarray(rgb, np.float64) * self.exposure), 1.0)
+
+    def picture(self, image: Image) -> np.ndarray:
+        """Return (h, w, 3) uint8 of a gathered picture, as its file would show it."""
+        if self.scale is not None:
+            return self.scale.colours(image.luminance)
+        return replace(image, exposure=self.exposure).shown()
