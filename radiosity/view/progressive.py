@@ -27,19 +27,19 @@ class Job:
     Attributes
     ----------
     total : int
-        Passes that make the picture.
+        Pictures until the last one, or more where errors end the gathering early.
     done : int
-        Passes in the picture that `newest` returned last.
+        Those that came until the picture that `newest` returned last.
     error : Exception or None
         What ended the thread early.
     thread : threading.Thread
     """
 
-    def __init__(self, solution: Solution, camera: Camera, samples: int, turn: threading.Lock):
+    def __init__(self, solution: Solution, camera: Camera, samples: int | None, turn: threading.Lock):
         """Start to gather; of the jobs that share ``turn`` one computes at a time."""
         self.total, self.done = gather.pass_count(samples), 0
         self.error = None
-        self._newest = _Progress(0, None)
+        self._newest, self._complete = _Progress(0, None), False
         self._stopped = threading.Event()
         self.thread = threading.Thread(
             target=self._run, args=(solution, camera, samples, turn), daemon=True
@@ -49,7 +49,7 @@ class Job:
     @property
     def finished(self) -> bool:
         """Return whether the last picture was returned."""
-        return self.done == self.total
+        return self._complete and self.done == self._newest.done
 
     def newest(self) -> np.ndarray | None:
         """Return the newest picture, (h, w, 3) uint8, or None where it was returned before."""
@@ -73,6 +73,7 @@ class Job:
                 )
                 for done, image in enumerate(passes, start=1):
                     self._newest = _Progress(done, image.shown())
+                self._complete = not self._stopped.is_set()
         except Exception as error:  # for the main thread to raise
             self.error = error
 
