@@ -75,16 +75,18 @@ def render(
     """
     total = pass_count(samples)
     shading = make_shading(solution)
-    for done, film in enumerate(_exposures(solution, shading, camera, size, samples), 1):
-        progress("final gather", done, total)
-    progress("final gather", total, total)
+    exposures = _exposures(solution, shading, camera, size, samples)
+    film, done = next(exposures), 1
+    for done, _ in enumerate(exposures, 2):
+        progress("final gather", done, max(total, done + 1))
+    progress("final gather", done, done)
     return _picture(film, shading, solution, auto_exposure(solution))
 
 
 def pass_count(samples: int | None) -> int:
-    """Return how many pictures `passes` yields for so many rays a pixel; for None at most."""
+    """Return how many pictures `passes` yields for so many rays a pixel; for None usually."""
     if samples is None:
-        return MOST + ROUNDS
+        return FEWEST + ROUNDS
     if not 1 <= samples <= 1 << 20:
         raise ValueError(f"samples = {samples} must lie between 1 and 1048576 rays a pixel")
     return -(-samples // A_PASS)

@@ -64,11 +64,9 @@ class Image:
         object.__setattr__(self, "pixels", pixels)
         for name, last in (("error", ()), ("lamp", (4,))):
             if (extra := getattr(self, name)) is not None:
-                extra = np.asarray(extra, np.float32)
-                if extra.shape != pixels.shape[:2] + last:
-                    raise ValueError(
-                        f"{name} of shape {extra.shape} must be {pixels.shape[:2] + last}, as pixels"
-                    )
+                extra, shape = np.asarray(extra, np.float32), pixels.shape[:2] + last
+                if extra.shape != shape:
+                    raise ValueError(f"{name} of shape {extra.shape} must be {shape}, as pixels")
                 object.__setattr__(self, name, extra)
 
     @property
