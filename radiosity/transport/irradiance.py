@@ -127,8 +127,13 @@ def indirect_irradiance(around: Surroundings, points, normals, keys, samples: ra
     nearness : (k,) float64
         Mean of 1/distance to what the rays meet, in 1/scene unit.
     """
+    rays = look_out(around.visibility, around.table, points, normals, keys, samples, seed)
+    return irradiance_by(around, points, *rays)
+
+
+def irradiance_by(around: Surroundings, points, sides, hits):
+    """Return what `indirect_irradiance` does, by rays (k, n) that were followed before."""
     visibility = around.visibility
-    sides, hits = look_out(visibility, around.table, points, normals, keys, samples, seed)
     smooth = np.zeros((len(points), len(around.field.outside)))
     flat, nearness = np.zeros_like(smooth), np.empty(len(points))
     _nearness(points, sides, hits, visibility.centre, visibility.scale, nearness)

@@ -15,12 +15,13 @@ from radiosity.light.reflection import lambert
 from radiosity.scene.model import Camera
 from radiosity.solve.plan import check_fits
 from radiosity.solve.solution import Solution
-from radiosity.transport.hemisphere import MISS, meet
-from radiosity.transport.irradiance import direct_irradiance, indirect_irradiance
+from radiosity.transport.hemisphere import MISS, look_out, meet
+from radiosity.transport.irradiance import direct_irradiance, irradiance_by
 from radiosity.transport.sampling import hashed, shuffled, sobol
 from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT
 from radiosity.view.camera import rays
+from radiosity.view.contact import contact_light
 from radiosity.view.effort import BUDGET, FEWEST, MOST, ROUNDS, even_enough, worth_more
 from radiosity.view.film import Film
 from radiosity.view.image import Image
@@ -289,7 +290,7 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     places, normals = _standing(around, shading.detail, face, points, flat, sides)
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
-    indirect, direct, nearness = _arriving(around, places, normals, keys, looks, aims, seed)
+    indirect, direct, nearness = _arriving(solution, places, normals, keys, looks, aims)
     glossy = np.zeros_like(direct)
     for which, k in _of_lobes(shading, rows):
         from radiosity.view.gloss import dimming, entering, glossy_radiance
@@ -315,7 +316,7 @@ def _from_behind(solution, shading, rows, points, to_view, keys, looks, aims):
     face, flat = solution.patches.face[rows], -solution.patches.normal[rows]
     sides = np.where(solution.patches.front[rows], -1.0, 1.0)
     places, normals = _standing(around, shading.detail, face, points, flat, sides)
-    indirect, direct, _ = _arriving(around, places, normals, keys, looks, aims, seed)
+    indirect, direct, _ = _arriving(solution, places, normals, keys, looks, aims)
     for which, k in _of_lobes(shading, rows):
         if coats := shading.coats[which]:
             from radiosity.view.gloss import dimming, entering
@@ -353,8 +354,12 @@ def _standing(around, detail, face, points, flat, sides):
     return detail.raised(face, points, sides) + lift, normals
 
 
-def _arriving(around, points, normals, keys, looks, aims, seed):
+def _arriving(solution, points, normals, keys, looks, aims):
     """Return the indirect and the direct irradiance (k, bands), and the nearness (k,)."""
-    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
-    direct = direct_irradiance(around.visibility, around.lights, points, normals, keys, aims, seed)
+    around, seed = solution.surroundings, solution.seed
+    visibility, lights = around.visibility, around.lights
+    met = look_out(visibility, around.table, points, normals, keys, looks, seed)
+    indirect, _, nearness = irradiance_by(around, points, *met)
+    indirect += contact_light(solution, points, *met, keys, looks.start)
+    direct = direct_irradiance(visibility, lights, points, normals, keys, aims, seed)
     return indirect, direct, nearness
