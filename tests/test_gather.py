@@ -235,3 +235,31 @@ def test_faces_of_one_plane_and_material_are_smoothed_as_one():
     assert len(np.unique(plane[group == "ceiling"])) == 1
     assert not set(plane[group == "light"]) & set(plane[group == "ceiling"])
     assert len(np.unique(plane[group == "tall_block"])) == 5
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+def test_the_error_of_smoothed_light_is_its_scatter(uneven):
+    """Pixels of n passes scatter by sigma^2/n; the bar is what the fit's values scatter by."""
+    rng = np.random.default_rng(2)
+    position, face, axes = pixels_on_a_plane()
+    count = rng.choice([4, 64], face.shape) if uneven else np.full(face.shape, 4)
+    near = np.full(face.shape, 0.2 / 6)
+    found, bars = [], []
+    for _ in range(40):
+        noise = 1 + rng.normal(size=(*face.shape, 1)) / np.sqrt(count[..., None])
+        value, error = smooth(noise, position, near, face, axes, 1.0, count)
+        found.append(value[..., 0])
+        bars.append(error)
+    inside = np.s_[:, 8:-8, 8:-8]
+    true = np.sqrt(np.mean((np.array(found)[inside] - 1) ** 2))
+    assert np.sqrt(np.mean(np.array(bars)[inside] ** 2)) == pytest.approx(true, rel=0.05)
+
+
+def test_passes_that_scatter_more_than_pixels_lengthen_the_bars_a_little():
+    position, face, axes = pixels_on_a_plane()
+    even, near = np.ones((*face.shape, 1)), np.full(face.shape, 0.2 / 6)
+    assert np.all(smooth(even, position, near, face, axes)[1] == 0)
+    error = smooth(even, position, near, face, axes, spread=1.0)[1][20, 20]
+    alone = smooth(even, position, np.ones(face.shape), face, axes, spread=1.0)[1][20, 20]
+    assert alone == pytest.approx(0.5)  # 4 passes of variance 1, and no neighbours
+    assert 0 < error < 0.5 / 5

@@ -32,7 +32,7 @@ A_PASS = 8  # rays over a pixel's hemisphere in one pass
 LIGHT_RAYS = 4  # to each light in one pass
 PIXELS_AT_ONCE, TILES = (1024, 8192), 16  # share the work of a pass
 BYTES_A_PIXEL, BYTES_A_BAND = 250, 70  # the film, and the copies that developing it makes
-LAYERS = 16  # unmodelled backs that a sight line passes through
+LAYERS = 16  # dark backs that a sight line from outside passes through
 
 
 def render(
@@ -228,13 +228,15 @@ def _add(solution, shading, camera, index, pixels, film):
 
 
 def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
-    """Follow sight lines to the first patch that is modelled, through backs that are not.
+    """Follow sight lines to the first patch, from outside of the scene through dark backs.
+
+    A room shows its inside to who looks at it from without; from within, what no light reaches is
+    black.
 
     Returns
     -------
     rows : (k,) int
-        Patch, -1 where the sight line leaves the scene, -2 where it ends on a dark front of a flat
-        face.
+        Patch, -1 where the sight line leaves the scene, -2 where it ends in the dark.
     points : (k, 3) float64
         Where, in scene units.
     """
@@ -253,6 +255,9 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
         row[dark] = _dusk(solution, sides[dark] // 2)
         rows[active] = row
         active = active[back & (row < 0)]
+        within = ~around.visibility.outside((origins[active] - centre) * scale)
+        rows[active[within]] = -2
+        active = active[~within]
         if not len(active):
             break
         start[active] += 2 * LIFT * ahead[active]

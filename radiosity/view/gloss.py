@@ -115,7 +115,7 @@ def highlight(
     value = lobe.value(local, view)
     if shared:
         cosine = np.where(weight > 0, local[..., 2], 1.0)
-        weight = weight / (1.0 + lobe.density(view, local) * weight / cosine)
+        weight = weight * (1.0 - _share(lobe.density(view, local) * weight / cosine))
     facing = around.lights.normals[light]
     weight *= ~_blocked(around, points, normals, there, facing, (weight > 0) & value.any(axis=2))
     return (value * weight[..., None]).mean(axis=1) * around.lights.exitance[light] / np.pi
@@ -179,8 +179,13 @@ def _met_lights(around, points, directions, sides, hits, density):
     cosine = -np.einsum("kc,kc->k", directions[k], lights.normals[light[k]])
     spread = np.maximum(cosine, 0.0) * area / np.maximum(np.einsum("kc,kc->k", d, d), 1e-300)
     by_lobe = density[k] * spread  # the density of directions over that of points
-    found[k] = lights.exitance[light[k]] * (by_lobe / (1.0 + by_lobe))[:, None]
+    found[k] = lights.exitance[light[k]] * _share(by_lobe)[:, None]
     return found
+
+
+def _share(ratio):
+    """Return the share of a sample whose density is ``ratio`` times that of the other way."""
+    return ratio / (1.0 + ratio)
 
 
 @njit(cache=True, nogil=True)
