@@ -25,7 +25,7 @@ def render(
         typer.Option("--all", help="Every camera, solved once: -o room.png is room-NAME.png each."),
     ] = False,
     size: o.Size = None,
-    samples: o.Samples = 128,
+    samples: o.Samples = None,
     gamma: Annotated[
         float | None,
         typer.Option(
@@ -74,7 +74,7 @@ def render(
         write(image, path, gamma, false_colour and false_colour.of(solution))
         if image.outside and false_colour is None:
             remark(f"note: {outside_line(image)}", quiet)
-        remark(f"wrote {path}{_told(path, image, false_colour)}", quiet)
+        remark(f"wrote {path}{_told(path, image, false_colour)}{noise_words(image)}", quiet)
 
 
 def _views(scene, camera, all_cameras, output) -> list:
@@ -116,6 +116,13 @@ def _told(path, image, false_colour) -> str:
     if path.suffix.lower() != ".png" or false_colour is not None:
         return ""
     return f", exposure {image.exposure:.4g}"
+
+
+def noise_words(image) -> str:
+    """Return the estimated noise of a picture, "" where it is not known."""
+    if image.noise is None:
+        return ""
+    return f": noise {o.percent(image.noise)} of the mean luminance, rms, estimated"
 
 
 def outside_line(image) -> str:

@@ -20,7 +20,7 @@ def view(
         str | None,
         typer.Option("--screenshot", help="Write the gathered picture here and open no window."),
     ] = None,
-    samples: o.Samples = 128,
+    samples: o.Samples = None,
     exposure: d.ExposureOption = "auto",
     false_colour: d.FalseColourOption = None,
     accuracy: o.Accuracy = 0.02,
@@ -42,6 +42,7 @@ def view(
 
     Example: radiosity view scenes/cornell_box.toml
     """
+    from radiosity.cli.render import noise_words
     from radiosity.transport.files import check_place
     from radiosity.view.gather import find_camera, picture_size, render
     from radiosity.view.image import write
@@ -68,4 +69,4 @@ def view(
     if screenshot is None:
         remark("no display: the picture is gathered and written instead of shown", quiet)
     write(replace(image, exposure=exposure.of(solution)), target, scale=scale)
-    remark(f"wrote {target}", quiet)
+    remark(f"wrote {target}{noise_words(image)}", quiet)

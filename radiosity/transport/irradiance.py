@@ -1,7 +1,7 @@
 """Irradiance at points: from lights exactly, from the solved patches by looking around."""
 
 from collections import namedtuple
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -39,6 +39,8 @@ class Lights:
     lamps : tuple of Light
     unit_m : float
         Metres a scene unit.
+    face : (l,) int
+        Of the scene, that a polygon is.
     """
 
     polygons: np.ndarray
@@ -46,15 +48,18 @@ class Lights:
     exitance: np.ndarray
     lamps: tuple[Light, ...] = ()
     unit_m: float = 1.0
+    face: np.ndarray | tuple = ()
 
     def without_lamps(self) -> "Lights":
         """Return the polygons alone."""
-        return Lights(self.polygons, self.normals, self.exitance)
+        return replace(self, lamps=())
 
     def only(self, k: int) -> "Lights":
         """Return one of the polygons alone."""
         one = slice(k, k + 1)
-        return Lights(self.polygons[one], self.normals[one], self.exitance[one])
+        return Lights(
+            self.polygons[one], self.normals[one], self.exitance[one], face=self.face[one]
+        )
 
     def __bool__(self) -> bool:
         """Whether there are any."""
@@ -122,8 +127,13 @@ def indirect_irradiance(around: Surroundings, points, normals, keys, samples: ra
     nearness : (k,) float64
         Mean of 1/distance to what the rays meet, in 1/scene unit.
     """
+    rays = look_out(around.visibility, around.table, points, normals, keys, samples, seed)
+    return irradiance_by(around, points, *rays)
+
+
+def irradiance_by(around: Surroundings, points, sides, hits):
+    """Return what `indirect_irradiance` does, by rays (k, n) that were followed before."""
     visibility = around.visibility
-    sides, hits = look_out(visibility, around.table, points, normals, keys, samples, seed)
     smooth = np.zeros((len(points), len(around.field.outside)))
     flat, nearness = np.zeros_like(smooth), np.empty(len(points))
     _nearness(points, sides, hits, visibility.centre, visibility.scale, nearness)

@@ -53,7 +53,7 @@ def show(
     camera: Camera | str | None = None,
     size: tuple[int, int] | None = None,
     off_screen: bool = False,
-    samples: int = gather.SAMPLES,
+    samples: int | None = None,
     exposure: float | None = None,
     scale: "Scale | None" = None,
 ) -> np.ndarray | None:
@@ -68,8 +68,9 @@ def show(
         Pixels, instead of the camera's own.
     off_screen : bool
         Open nothing and return what the window would show at first.
-    samples : int
-        Rays over each pixel's hemisphere that a gathered view ends with.
+    samples : int, optional
+        Rays over each pixel's hemisphere that a gathered view ends with; by default the accuracy of
+        the solution decides.
     exposure : float, optional
         Display value per radiance, instead of the automatic one.
     scale : Scale, optional
@@ -143,7 +144,7 @@ class Window:
         camera: Camera | str | None = None,
         size: tuple[int, int] | None = None,
         *,
-        samples: int = gather.SAMPLES,
+        samples: int | None = None,
         off_screen: bool = False,
         tones: Tones | None = None,
     ):
