@@ -164,8 +164,8 @@ def test_render_takes_an_exposure(plates, solved):
     done = run("render", "plates.toml", "-o", "a.png", "--exposure", "0.5", "--samples", "8",
                "--accuracy", "0.2", cwd=plates)  # fmt: skip
     assert done.returncode == 0 and "wrote a.png, exposure 0.5\n" in done.stderr
-    pixels = radiosity.render(solved, samples=8).pixels
-    assert np.array_equal(imageio.v3.imread(plates / "a.png"), tone_map(pixels, 0.5))
+    expected = replace(radiosity.render(solved, samples=8), exposure=0.5).shown()
+    assert np.array_equal(imageio.v3.imread(plates / "a.png"), expected)
 
 
 def test_render_writes_false_colours_with_their_scale(plates):

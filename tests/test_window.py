@@ -194,7 +194,7 @@ def test_an_orthographic_window_gathers_zooms_and_returns(glossy, opened):
     seen = current_camera(win.plotter, "now")
     assert seen.orthographic and seen.height == 700.0 and seen.fov is None
     image = gather.render(glossy, seen, samples=16)
-    differ = np.abs(shot(win).astype(int) - tone_map(image.pixels, image.exposure))
+    differ = np.abs(shot(win).astype(int) - image.shown())
     assert differ.max() <= 2
     assert np.abs(shot(win).astype(int) - plain).mean() < 20  # the same things at the same places
     win.plotter.camera.zoom(2.0)
@@ -441,7 +441,7 @@ def test_a_window_keeps_the_exposure_asked_when_it_gathers(glossy, opened):
     press(win, "g")
     gather_fully(win)
     image = gather.render(glossy, current_camera(win.plotter, "now"), samples=16)
-    differ = np.abs(shot(win).astype(int) - tone_map(image.pixels, tones.exposure))
+    differ = np.abs(shot(win).astype(int) - replace(image, exposure=tones.exposure).shown())
     assert differ.max() <= 2
     with pytest.raises(ValueError, match="exposure = 0 must be positive"):
         window.show(glossy, off_screen=True, exposure=0)
