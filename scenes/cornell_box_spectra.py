@@ -22,7 +22,7 @@ from radiosity.light.colour import RGB_TO_XYZ, delta_e_2000, in_gamut, lab
 from radiosity.light.photometry import luminance
 
 HERE = Path(__file__).resolve().parent
-WAVELENGTHS, BOUND = 32, 0.5
+WAVELENGTHS, SAMPLES, BOUND = 32, 128, 0.5
 LEAST, MOST = 0.05, 10.0  # Delta E at the ends of the scale
 
 
@@ -62,9 +62,12 @@ def main() -> int:
 
 
 def picture(name: str, bands, args) -> radiosity.Image:
-    """Return the gathered picture of a scene in some bands."""
-    scene = radiosity.load(HERE / f"{name}.toml", bands=bands)
-    return radiosity.render(radiosity.solve(scene, args.accuracy), size=(args.size, args.size))
+    """Return the gathered picture of a scene in some bands.
+
+    With as many samples in all, whose noise is then alike and does not look like colour.
+    """
+    solution = radiosity.solve(radiosity.load(HERE / f"{name}.toml", bands=bands), args.accuracy)
+    return radiosity.render(solution, size=(args.size, args.size), samples=SAMPLES)
 
 
 def level(pixels: np.ndarray, inside: np.ndarray) -> float:
