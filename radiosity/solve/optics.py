@@ -23,7 +23,8 @@ def make_optics(scene: Scene, table: Table) -> Optics:
             return _between_corners(faces, table, normal, face, points)
 
     sides = tuple(_sides_of(m) for m in scene.materials)
-    return Optics(faces.material, sides, absorption, normal, smooth)
+    emission = np.array([m.emission for m in scene.materials])
+    return Optics(faces.material, sides, absorption, normal, smooth, emission)
 
 
 def _sides_of(material: Material) -> tuple[Side | None, Side | None]:

@@ -9,7 +9,7 @@ from numba import njit
 
 from radiosity.light.sources import Light
 from radiosity.transport.borrow import borrowed
-from radiosity.transport.hemisphere import look_out
+from radiosity.transport.hemisphere import look_out, meet, rays_from
 from radiosity.transport.lamps import lamp_irradiance
 from radiosity.transport.lookup import Table, cell_at
 from radiosity.transport.occlusion import seen_share
@@ -70,7 +70,8 @@ class Surroundings:
     """All that is needed to find the light that arrives at a point.
 
     ``field`` holds what patches send out evenly beside what ``lights`` emits; ``space`` is there
-    where some send light on along single directions.
+    where some send light on along single directions. ``even`` (bands,), W/(m2 sr), if given, comes
+    from everywhere in place of all that rays would meet.
     """
 
     visibility: Visibility
@@ -78,6 +79,7 @@ class Surroundings:
     field: Field
     lights: Lights
     space: "Space | None" = None
+    even: np.ndarray | None = None
 
 
 @njit(cache=True, nogil=True)
@@ -129,6 +131,9 @@ def indirect_irradiance(around: Surroundings, points, normals, keys, samples: ra
         Mean of 1/distance to what the rays meet, in 1/scene unit.
     """
     visibility = around.visibility
+    if around.even is not None:
+        same = np.tile(np.pi * around.even, (len(points), 1))
+        return same, same.copy(), np.zeros(len(points))
     sides, hits = look_out(visibility, around.table, points, normals, keys, samples, seed)
     smooth = np.zeros((len(points), len(around.field.outside)))
     flat, nearness = np.zeros_like(smooth), np.empty(len(points))
@@ -136,6 +141,14 @@ def indirect_irradiance(around: Surroundings, points, normals, keys, samples: ra
     _collect(
         around.table, sides, hits, around.field, visibility.centre, visibility.scale, smooth, flat
     )
+    if around.space is not None:
+        from radiosity.transport.onward import sent_on
+
+        begin, directions = rays_from(visibility, points, normals, keys, samples, seed)
+        ends = sides.ravel(), hits.reshape(-1, 3)
+        more = sent_on(around, begin, directions, *ends, keys, samples, seed)
+        more = more.reshape(*sides.shape, -1).mean(axis=1)
+        smooth, flat = smooth + more, flat + more
     return smooth, flat, nearness
 
 
@@ -151,6 +164,35 @@ def _nearness(points, sides, hits, centre, scale, nearness):
                     d2 += d * d
                 total += 1.0 / np.sqrt(max(d2, 1e-300))
         nearness[p] = total / sides.shape[1]
+
+
+def sent_along(around: Surroundings, origins, directions, keys, samples: range, seed: int):
+    """Trace rays and return which sides they meet (k,) and what comes back along them.
+
+    Parameters
+    ----------
+    origins, directions : (k, 3) float32
+        In ray coordinates, those of one point after another; origins are overwritten.
+    keys : (p,) int
+        Of the points.
+    samples : range
+        What each of a point's rays stands for in their patterns: k = p len(samples).
+
+    Returns
+    -------
+    sides : (k,) int
+        See `meet`.
+    exitance : (k, bands) float64
+        W/m2, without what lights emit that a ray meets first.
+    """
+    begin = origins.copy() if around.space is not None else origins
+    sides, hits = meet(around.visibility, around.table, origins, directions)
+    found = carried(around, sides, hits)
+    if around.space is not None:
+        from radiosity.transport.onward import sent_on
+
+        found = found + sent_on(around, begin, directions, sides, hits, keys, samples, seed)
+    return sides, found
 
 
 def carried(around: Surroundings, sides: np.ndarray, hits: np.ndarray) -> np.ndarray:

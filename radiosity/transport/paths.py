@@ -24,6 +24,7 @@ DEPTH, LEAST = 24, 1e-3
 SALT = 1 << 44  # tells the patterns of lobes from others
 OPEN = -1  # the medium of rays in none
 UNIT = 2.0**-53
+AROUND, GOLDEN = 256, np.pi * (3.0 - np.sqrt(5.0))  # rays to all sides, turned by this angle each
 
 
 @dataclass(frozen=True)
@@ -105,18 +106,51 @@ def first_rays(
     groups : (k,) int
         Rays of one number begin in one place, and so in one medium.
     """
-    bands, k = space.optics.bands, len(sides)
     medium = _media(space, sides, groups)
-    made = Bundle(
-        np.arange(k), sides, hits, directions, np.ones((k, bands)), np.ones(k), medium
-    )  # fmt: skip
+    return rays_within(space, sides, hits, origins, directions, medium)
+
+
+def rays_within(
+    space: Space, sides: np.ndarray, hits: np.ndarray, origins: np.ndarray, directions: np.ndarray,
+    medium: np.ndarray,
+) -> Bundle:  # fmt: skip
+    """Return rays as `first_rays` does that begin in media (k,) which are known."""
+    k = len(sides)
+    ones = np.ones((k, space.optics.bands))
+    made = Bundle(np.arange(k), sides, hits, directions, ones, np.ones(k), medium)
     return _dimmed(space, made, np.linalg.norm(hits - origins, axis=1))
+
+
+def medium_at(space: Space, point: np.ndarray) -> int:
+    """Return the medium that a point (3,), scene units, lies in: `OPEN`, or a material's inside.
+
+    It is told by the clear surfaces that rays to all sides meet first, most of them from inside.
+    """
+    if not _clear(space.optics).any():
+        return OPEN
+    k = np.arange(AROUND) + 0.5
+    z, phi = 1.0 - 2.0 * k / AROUND, GOLDEN * k
+    r = np.sqrt(1.0 - z * z)
+    directions = np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1).astype(np.float32)
+    start = (point - space.visibility.centre) * space.visibility.scale
+    origins = np.tile(start.astype(np.float32), (AROUND, 1))
+    sides, _ = meet(space.visibility, space.table, origins, directions)
+    sides = sides[sides >= 0]
+    material = space.optics.material[space.faces(sides)]
+    told = np.where(sides % 2 == 1, material, OPEN)[_clear(space.optics)[material]]
+    found, votes = np.unique(told, return_counts=True)
+    return int(found[np.argmax(votes)]) if len(found) else OPEN
+
+
+def _clear(optics):
+    """Return (materials,) bool: which bend light on its way into a body."""
+    return np.array([any(s and s.index is not None for s in pair) for pair in optics.sides])
 
 
 def _media(space, sides, groups):
     """Return (k,) the medium that rays begin in: what the clear surfaces tell that they meet."""
     optics = space.optics
-    clear = np.array([any(s and s.index is not None for s in pair) for pair in optics.sides])
+    clear = _clear(optics)
     medium = np.full(len(sides), OPEN)
     if not clear.any():
         return medium

@@ -6,6 +6,7 @@ a window can show each as it comes.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -114,7 +115,8 @@ def _exposures(solution, shading, camera, size, count, stop=lambda: False) -> It
     camera = find_camera(solution.scene, camera)
     bands, detail = solution.scene.bands, shading.detail
     width, height = picture_size(camera, size, bands)
-    film = Film.blank(width, height, bands.count, detail is not None and detail.textured)
+    varies = detail is not None and detail.textured or solution.surroundings.space is not None
+    film = Film.blank(width, height, bands.count, varies)
     for index in range(count):
 
         def expose(a, b, index=index):
@@ -181,13 +183,65 @@ def _add(solution, shading, camera, index, a, b, film):
     film.face[a:b][~seen] = MIXED
     if not len(k):
         return
-    leaving, arriving, nearness = radiance(
-        solution, shading, rows[k], points[k], -directions[k], a + k, index
+    seen = _seen(
+        solution, shading, origins[k], rows[k], points[k], directions[k], a + k, index
     )
-    film.add(a + k, index, shading.plane[rows[k]], points[k], leaving, arriving, nearness)
+    film.add(a + k, index, seen.plane, seen.points, seen.leaving, seen.indirect, seen.nearness)
     if film.diffuse is not None:
-        face, diffuse = solution.patches.face[rows[k]], shading.diffuse[rows[k]]
-        film.diffuse[a + k] += shading.detail.diffuse(face, points[k], diffuse)
+        film.diffuse[a + k] += seen.diffuse
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What sight lines show, and by what their indirect light is smoothed between pixels.
+
+    Attributes
+    ----------
+    leaving : (k, bands) float64
+        Radiance, W/(m2 sr).
+    indirect : (k, bands) float64
+        The part of the irradiance there in W/m2 that does not come straight from lights.
+    nearness : (k,) float64
+        Mean of 1/distance to the surroundings there.
+    diffuse : (k, bands) float64
+        What of ``indirect`` is in ``leaving``, times pi.
+    plane : (k,) int
+        See `Shading`.
+    points : (k, 3) float64
+        Where, in scene units.
+    """
+
+    leaving: np.ndarray
+    indirect: np.ndarray
+    nearness: np.ndarray
+    diffuse: np.ndarray
+    plane: np.ndarray
+    points: np.ndarray
+
+
+def _seen(solution, shading, origins, rows, points, directions, keys, index) -> Seen:
+    """Return what sight lines show, with what mirrors and clear bodies send on along them."""
+    if solution.surroundings.space is None:
+        return _own(solution, shading, rows, points, -directions, keys, index)
+    from radiosity.view.coherent import with_coherent  # others need none of it
+
+    def own(*there):
+        return _own(solution, shading, *there)
+
+    return with_coherent(
+        solution, shading, origins, rows, points, directions, keys, index, own
+    )
+
+
+def _own(solution, shading, rows, points, to_view, keys, index) -> Seen:
+    """Return what leaves points of patches towards the viewer by itself."""
+    leaving, indirect, nearness = radiance(
+        solution, shading, rows, points, to_view, keys, index
+    )
+    diffuse = shading.diffuse[rows]
+    if shading.detail is not None:
+        diffuse = shading.detail.diffuse(solution.patches.face[rows], points, diffuse)
+    return Seen(leaving, indirect, nearness, diffuse, shading.plane[rows], points.copy())
 
 
 def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
@@ -210,16 +264,22 @@ def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
     for _ in range(LAYERS):
         sides, ends = meet(around.visibility, around.table, start[active], ahead[active])
         start[active] = ends
-        row = np.where(sides >= 0, around.field.row[sides], MISS)
         back = (sides >= 0) & (sides % 2 == 1)
-        dark = (sides >= 0) & ~back & (row < 0)
-        row[dark] = _dusk(solution, sides[dark] // 2)
+        row = rows_of(solution, sides)
         rows[active] = row
         active = active[back & (row < 0)]
         if not len(active):
             break
         start[active] += 2 * LIFT * ahead[active]
     return rows, centre + start / scale
+
+
+def rows_of(solution: Solution, sides: np.ndarray) -> np.ndarray:
+    """Return (k,) the patch of each side, see `first_rows`; -1 for backs that are not modelled."""
+    row = np.where(sides >= 0, solution.surroundings.field.row[sides], MISS)
+    dark = (sides >= 0) & (sides % 2 == 0) & (row < 0)
+    row[dark] = _dusk(solution, sides[dark] // 2)
+    return row
 
 
 def _dusk(solution, fronts):

@@ -4,8 +4,7 @@ import numpy as np
 from numba import njit
 
 from radiosity.light.frames import frame, to_local, to_scene
-from radiosity.transport.hemisphere import meet
-from radiosity.transport.irradiance import Surroundings, carried, direct_irradiance
+from radiosity.transport.irradiance import Surroundings, direct_irradiance, sent_along
 from radiosity.transport.lamps import reaching
 from radiosity.transport.sampling import hashed, sobol
 from radiosity.transport.visibility import LIFT
@@ -125,6 +124,9 @@ def reflected_surroundings(around, lobe, points, normals, frames, view, keys, sa
 
     Mean over the lobe's own directions of f L cos(theta)/density.
     """
+    if around.even is not None:
+        albedo = getattr(lobe, "albedo", None)  # the seeds' raw forms have none
+        return albedo(np.clip(view[:, 0, 2:], 0.0, 1.0))[:, 0] * around.even if albedo else 0.0
     light = lobe.sample(view, _squares(keys, 999, samples, seed))
     density, cosine = lobe.density(view, light), light[..., 2]
     useful = (cosine > 0) & (density > 0)
@@ -134,8 +136,8 @@ def reflected_surroundings(around, lobe, points, normals, frames, view, keys, sa
     lifted = (points - visibility.centre) * visibility.scale + LIFT * normals
     origins = np.repeat(lifted, len(samples), axis=0).astype(np.float32)
     directions = to_scene(frames, light).reshape(-1, 3).astype(np.float32)
-    sides, hits = meet(visibility, around.table, origins, directions)
-    exitance = carried(around, sides, hits).reshape(*cosine.shape, -1)
+    _, exitance = sent_along(around, origins, directions, keys, samples, seed)
+    exitance = exitance.reshape(*cosine.shape, -1)
     return (exitance * weight).mean(axis=1) / np.pi
 
 
