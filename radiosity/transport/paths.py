@@ -202,15 +202,16 @@ def _dimmed(space, rays, way):
     if not len(k):
         return rays
     rate = space.optics.absorption[rays.medium[k]] / space.visibility.scale
-    far = np.where(rays.sides[k] >= 0, way[k], np.inf)[:, None]
+    depth = np.where(rays.sides[k] >= 0, way[k], np.finfo(float).max)[:, None]
     share = rays.share.copy()
-    share[k] *= np.exp(-np.where(rate > 0.0, rate * far, 0.0))
+    with np.errstate(over="ignore"):  # of what never ends nothing is left
+        share[k] *= np.exp(-rate * depth)
     return replace(rays, share=share)
 
 
 def _kept(rays, origins, least):
     """Return the rays that carry enough, with where they begin in place of where they ended."""
-    k = np.flatnonzero(rays.weight.max(axis=1, initial=0.0) > least)
+    k = np.flatnonzero(rays.share.max(axis=1, initial=0.0) > least)
     return replace(rays.some(k), hits=origins[k].astype(np.float32))
 
 
@@ -238,9 +239,9 @@ def _sent_on(space, rays, keys, index, bounce, seed, lobes):
             share = mine.share * under * side.mirror.albedo(cosine)
             yield replace(mine, directions=_over(mirrored, flat[k]), share=share), above
         if side.passage is not None:
-            below = mine.hits - LIFT * flat[k]
-            for passed in _passed(side, material, inside, mine, n, cosine, under):
-                yield passed, below
+            below = replace(mine, hits=mine.hits - LIFT * flat[k])
+            for passed in _passed(side, material, inside, below, n, cosine, under):
+                yield passed, passed.hits  # not all pass
 
 
 def _towards(normals, flat, directions):
