@@ -42,7 +42,7 @@ def scene_of(parts, position, target, fov=0.001, size=(1, 1), **more):
 
 def looked_at(scene, **more):
     """Return the pixels (h, w, 3) of the scene's camera."""
-    return radiosity.render(radiosity.solve(scene, 0.3), **({"samples": 8} | more)).pixels
+    return radiosity.render(radiosity.solve(scene, 0.3, mesh="input"), **({"samples": 8} | more)).pixels
 
 
 def wall(z, half=5.0, towards=1.0):
