@@ -7,13 +7,16 @@ from radiosity.scene.model import Scene
 from radiosity.solve.optics import make_optics
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
+from radiosity.solve.system import lights_of, make_terms
+from radiosity.transport.aiming import make_targets
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.chains import Chains, Tracer, find_chains
 from radiosity.transport.paths import Space
 from radiosity.transport.threads import Progress, over_ranges
 
-AT_POINTS = 16  # rays from a point that is asked for, to those from a node
+AT_POINTS = 8  # rays from a point that is asked for, to those from a node
 PARTS = 4  # that they are cast in, to tell their noise
+MOST_TARGETS = 64  # triangles that rays are aimed at, rather than all around
 KEY = 1 << 45  # tells the patterns of points from those of nodes
 RAYS_AT_ONCE = 1 << 15
 
@@ -25,7 +28,19 @@ def make_tracer(scene: Scene, reach: Reach, elements: Elements, seed: int) -> Tr
     place[rows] = np.arange(len(rows))
     sides = np.stack([np.arange(patches.fronts), patches.back_of], axis=1)
     space = Space(reach.visibility, reach.table, make_optics(scene, reach.table))
-    return Tracer(space, elements, place[sides.ravel()], scene.lights, scene.unit_m, seed)
+    lights, areas = lights_of(scene), np.zeros(len(scene.faces))
+    emitted = np.zeros((len(rows), scene.bands.count))
+    if len(lights.polygons):
+        emitted = make_terms(scene, patches, reach.live).emission[rows]
+        face = patches.face[rows[emitted.any(axis=1)]]
+        areas[face] = scene.faces.areas()[face]
+    every = np.arange(len(scene.faces))
+    wanted = np.stack([space.optics.on(every, np.full(len(every), b)) for b in (0, 1)], axis=1)
+    targets = make_targets(scene.faces, reach.visibility, wanted)
+    if len(targets.face) > MOST_TARGETS:
+        targets = None
+    made = space, elements, place[sides.ravel()], lights, emitted, areas, seed
+    return Tracer(*made, targets)
 
 
 def chains_of(
@@ -69,9 +84,11 @@ def arriving_by_chains(
 
 def _radiosity_seen(tracer, coefficients, ambient, points, normals, keys, samples):
     found = np.zeros((len(points), coefficients.shape[1]))
-    for bounce, (owner, ends) in enumerate(tracer.paths(points, normals, keys, samples)):
-        light = np.pi * tracer.lamplight(ends)
-        if bounce > 0:
-            light += tracer.radiosity(ends, coefficients, ambient)
-        np.add.at(found, owner, ends.weight * light / len(samples))
+    rest = coefficients.copy()
+    rest[: len(tracer.emitted)] -= tracer.emitted
+    for step in tracer.paths(points, normals, keys, samples):
+        light = np.pi * tracer.straight(step)
+        if step.bounce > 0:
+            light += tracer.radiosity(step.ends, rest, ambient)
+        np.add.at(found, step.owner, step.weight * light)
     return found

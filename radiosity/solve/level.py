@@ -151,8 +151,15 @@ class Level:
     def escaping(self) -> np.ndarray:
         """Return (m, bands): the radiosity of each live patch that leaves the scene, W/m2."""
         if self.senders.elements.order == 1:
-            return self.factors.escaping(self.senders.elements, self.coefficients)
-        return self.coefficients * self.outside[:, None]
+            m = len(self.rows)
+            gone = self.factors.escaping(self.senders.elements, self.coefficients)
+            if self.chains is not None:
+                gone = gone + self.coefficients[:m] * self.chains.escaping[:m]
+            return gone
+        gone = self.outside[:, None]
+        if self.chains is not None:
+            gone = gone + self.chains.escaping
+        return self.coefficients * gone
 
     def gathered(
         self, points: np.ndarray, normals: np.ndarray, progress: Progress = silent

@@ -16,7 +16,7 @@ AS_GOOD_AS_CAN_BE, START = 1e-3, 0.2  # accuracies that a time is spent on: last
 MOST_FACES = 400  # beyond which blockers are too many for exact shadows
 CLUSTERS_AT_UNIT_ACCURACY, FEWEST_CLUSTERS, MOST_CLUSTERS = 60.0, 500, 6000
 RAYS_AT_UNIT_ACCURACY = 1.5e5
-CHAINED_AT_UNIT_ACCURACY, CHAINED = 4.0, (6, 10)  # rays from a node; powers of 2
+CHAINED_AT_UNIT_ACCURACY, CHAINED = 2.0, (6, 10)  # rays from a node; powers of 2
 # Of the accuracy: the solver's tolerance, and that of far factors where at least FADES of the light
 # is absorbed at each bounce.
 SOLVED, RULE, FADES, FINEST_RULE = 1e-5, 3e-2, 0.1, 1e-7

@@ -120,11 +120,15 @@ class Solution:
         level, rows = self.level, self.level.rows
         area = (self.patches.area[rows] * self.scene.unit_m**2)[:, None]
         m = len(rows)
-        return Balance(
-            emitted=(area * (level.terms.emission[rows] + level.entering[:m])).sum(axis=0),
-            absorbed=(area * level.terms.absorptance[rows] * level.arriving[:m]).sum(axis=0),
-            escaped=(area * level.escaping).sum(axis=0),
-        )
+        emitted = (area * (level.terms.emission[rows] + level.entering[:m])).sum(axis=0)
+        absorbed = (area * level.terms.absorptance[rows] * level.arriving[:m]).sum(axis=0)
+        escaped = (area * level.escaping).sum(axis=0)
+        if level.terms.sent_on is None:
+            return Balance(emitted, absorbed, escaped)
+        from radiosity.solve.onward import find_onward
+
+        onward = find_onward(level)
+        return Balance(emitted, absorbed - onward.sent, escaped + onward.escaped)
 
     @cached_property
     def _judgement(self):

@@ -1,11 +1,12 @@
-"""Light that comes to elements through mirrors, clear bodies and lobes: extended form factors (E23).
+"""Light that comes to elements by way of mirrors, clear bodies and lobes (E23).
 
-E(x) = sum over j of int_j (K + K_c)(x, y) B_j(y) dA: beside the kernel K of what x sees, K_c of what
-it sees by way of surfaces that send light on along single directions. It is found by cosine-
-distributed rays from x, each followed through such surfaces (`follow`), for all that B holds what
-leaves diffusely only.
+Extended form factors: E(x) = sum over j of int_j (K + K_c)(x, y) B_j(y) dA, beside the kernel K of
+what x sees K_c of what it sees by way of surfaces that send light on along single directions. B
+holds only what leaves diffusely. K_c is found by cosine-distributed rays from x, each followed
+through such surfaces (`follow`).
 """
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -13,15 +14,45 @@ import numpy as np
 from numba import njit
 from scipy.sparse import csr_array
 
-from radiosity.light.frames import frame, to_local
-from radiosity.light.sources import Light
 from radiosity.mesh.elements import Elements, Nodes
+from radiosity.transport.aiming import Targets, aimed_rays
 from radiosity.transport.hemisphere import meet, rays_from
-from radiosity.transport.lamps import reaching
+from radiosity.transport.highlights import counted, in_lobes
+from radiosity.transport.irradiance import Lights
 from radiosity.transport.paths import Bundle, Space, first_rays, follow
 from radiosity.transport.threads import Progress, over_ranges, silent
 
 RAYS_AT_ONCE = 1 << 15
+
+
+@dataclass(frozen=True)
+class Step:
+    """Where rays from points end, after some bounces.
+
+    Attributes
+    ----------
+    owner : (k,) int
+        Point that each comes from.
+    ends : Bundle
+    bounce : int
+        0 for what the rays from the points met first.
+    keys, index : (k,) int
+        Of the rays, see `follow`.
+    factor : (k,) float64
+        What radiance there is worth in irradiance of the point, as a share of pi.
+    """
+
+    owner: np.ndarray
+    ends: Bundle
+    bounce: int
+    keys: np.ndarray
+    index: np.ndarray
+    factor: np.ndarray
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Return (k, bands): what radiosity at the ends is worth in irradiance of the points."""
+        return self.factor[:, None] * self.ends.weight
 
 
 @dataclass(frozen=True)
@@ -34,21 +65,28 @@ class Tracer:
     elements : Elements
     element : (2 * fronts,) int
         Element of each side, -1 where there is none.
-    lamps : tuple of Light
-    unit_m : float
-        Metres a scene unit.
+    lights : Lights
+        That lobes look for by themselves.
+    emitted : (n, bands) float64
+        Exitance of the elements that these are, W/m2.
+    areas : (f,) float64
+        Of the faces that these are, 0 for others.
     seed : int
+    targets : Targets, optional
+        What rays are aimed at; without, they look all around.
     """
 
     space: Space
     elements: Elements
     element: np.ndarray
-    lamps: tuple[Light, ...]
-    unit_m: float
+    lights: Lights
+    emitted: np.ndarray
+    areas: np.ndarray
     seed: int
+    targets: Targets | None = None
 
-    def paths(self, points, normals, keys, samples: range) -> Iterator[tuple[np.ndarray, Bundle]]:
-        """Yield the point (k,) and the end of all rays from points: first hits, then bounces.
+    def paths(self, points, normals, keys, samples: range) -> Iterator[Step]:
+        """Yield the ends of all rays from points: first hits, then bounce by bounce.
 
         Parameters
         ----------
@@ -59,40 +97,43 @@ class Tracer:
         samples : range
             Which points of the pattern to use; every ray stands for 1 of so many.
         """
-        space, count = self.space, len(samples)
-        origins, directions = rays_from(
-            space.visibility, points, normals, keys, samples, self.seed
-        )
+        space, seed = self.space, self.seed
+        owner = np.repeat(np.arange(len(points)), len(samples))
+        here = points, normals, keys, samples, seed
+        if self.targets is None:
+            origins, directions = rays_from(space.visibility, *here)
+            face, factor = None, np.full(len(owner), 1.0 / len(samples))
+        else:
+            origins, directions, face, factor = aimed_rays(space.visibility, self.targets, *here)
+            factor /= len(samples)
         begin = origins.copy()
         sides, hits = meet(space.visibility, space.table, origins, directions)
-        owner = np.repeat(np.arange(len(points)), count)
-        start = first_rays(space, sides, hits, begin, directions, owner)
-        yield owner, start
-        index = np.tile(np.arange(samples.start, samples.stop), len(points))
-        for ends in follow(space, start, np.repeat(keys, count), index, self.seed):
-            yield owner[ends.ray], ends
+        if face is not None:
+            factor[(sides < 0) | (space.faces(sides) != face)] = 0.0
+        good = np.flatnonzero(space.sends_on(sides) & (factor > 0.0))
+        start = first_rays(space, sides, hits, begin, directions, owner).some(good)
+        keys, index = keys[owner], np.tile(np.asarray(samples), len(points))
+        steps = itertools.chain([start], follow(space, start, keys, index, seed))
+        for bounce, ends in enumerate(steps):
+            k = ends.ray
+            yield Step(owner[k], ends, bounce, keys[k], index[k], factor[k])
 
-    def lamplight(self, ends: Bundle) -> np.ndarray:
-        """Return (k, bands) the radiance that lobes at the ends make of lamps' light, W/(m2 sr)."""
-        found, space = np.zeros_like(ends.share), self.space
-        k = np.flatnonzero(space.sends_on(ends.sides)) if self.lamps else np.zeros(0, int)
-        if not len(k):
-            return found
-        face, back = space.faces(ends.sides[k]), ends.sides[k] % 2
-        points = space.points(ends.hits[k].astype(np.float64))
-        normals = space.optics.facing(face, back == 1, points)
-        for side, _, _, mine in space.optics.groups(face, back):
-            if side.lobe is None:
-                continue
-            frames = frame(normals[mine])
-            view = to_local(frames, -ends.directions[k[mine]].astype(np.float64))
-            for lamp in self.lamps:
-                here = reaching(space.visibility, lamp, points[mine], normals[mine], self.unit_m)
-                value = side.lobe.value(to_local(frames, here.to_light), view)
-                found[k[mine]] += value * here.irradiance
+    def straight(self, step: Step) -> np.ndarray:
+        """Return (k, bands) the radiance at the ends, W/(m2 sr), that comes straight from lights.
+
+        What lobes there make of it, and what lights met after a bounce send themselves.
+        """
+        ends = step.ends
+        found = in_lobes(
+            self.space, self.lights, ends, step.keys, step.index, step.bounce, self.seed
+        )
+        if step.bounce > 0 and self.emitted.any():
+            k, owner, _ = self.places(ends)
+            share = counted(self.space, ends, self.areas)[k, None]
+            found[k] += share * self.emitted[owner] / np.pi
         return found
 
-    def radiosity(self, ends: Bundle, coefficients, ambient) -> np.ndarray:
+    def radiosity(self, ends: Bundle, coefficients: np.ndarray, ambient) -> np.ndarray:
         """Return (k, bands) what the ends send back: B of elements, pi L of the outside, W/m2."""
         found = np.zeros_like(ends.share)
         found[ends.sides < 0] = np.pi * ambient
@@ -123,14 +164,14 @@ class Sent:
         Of the coefficients of elements.
     outside, escaping : (k, bands) float64
         Factor to the outside for radiance that enters, and for light that leaves.
-    lamplight : (k, bands) float64
-        Irradiance that lamps cause, W/m2.
+    straight : (k, bands) float64
+        Irradiance that lights cause, W/m2.
     """
 
     weights: np.ndarray
     outside: np.ndarray
     escaping: np.ndarray
-    lamplight: np.ndarray
+    straight: np.ndarray
 
 
 def sent_to(
@@ -139,19 +180,19 @@ def sent_to(
     """Return what points get by way of surfaces that send light on; weights of some ``bands``."""
     n, every = len(tracer.elements) * tracer.elements.width, tracer.space.optics.bands
     weights = np.zeros((len(bands), len(points), n))
-    outside, escaping, lamplight = (np.zeros((len(points), every)) for _ in range(3))
-    for bounce, (owner, ends) in enumerate(tracer.paths(points, normals, keys, samples)):
-        weight = ends.weight / len(samples)
-        if tracer.lamps:
-            np.add.at(lamplight, owner, np.pi * weight * tracer.lamplight(ends))
-        if bounce == 0:
+    outside, escaping, straight = (np.zeros((len(points), every)) for _ in range(3))
+    for step in tracer.paths(points, normals, keys, samples):
+        owner, ends = step.owner, step.ends
+        weight = step.weight
+        np.add.at(straight, owner, np.pi * weight * tracer.straight(step))
+        if step.bounce == 0:
             continue
         k, element, basis = tracer.places(ends)
         _add(owner[k], element, basis, weight[k][:, bands], weights)
         k = np.flatnonzero(ends.sides < 0)
         np.add.at(outside, owner[k], weight[k])
-        np.add.at(escaping, owner[k], ends.share[k] / len(samples))
-    return Sent(weights, outside, escaping, lamplight)
+        np.add.at(escaping, owner[k], step.factor[k, None] * ends.share[k])
+    return Sent(weights, outside, escaping, straight)
 
 
 @njit(cache=True, nogil=True)
@@ -173,15 +214,18 @@ class Chains:
         Between coefficients.
     which : (bands,) int
         Whose matrix each band has.
-    outside, escaping, lamplight : (m, bands) float64
+    outside, escaping, straight : (m, bands) float64
         Coefficients of what `Sent` holds.
+    emitted : (m, bands) float64
+        Of the lights that ``straight`` holds, whose light the matrix is not to carry again.
     """
 
     matrix: np.ndarray
     which: np.ndarray
     outside: np.ndarray
     escaping: np.ndarray
-    lamplight: np.ndarray
+    straight: np.ndarray
+    emitted: np.ndarray
 
     def arriving(self, b: np.ndarray) -> np.ndarray:
         """Return the coefficients (m, bands) of the irradiance that radiosities b cause."""
@@ -193,32 +237,33 @@ class Chains:
 
     def entering(self, ambient: np.ndarray) -> np.ndarray:
         """Return the coefficients (m, bands) of the irradiance that no element sends."""
-        return np.pi * self.outside * ambient + self.lamplight
+        return np.pi * self.outside * ambient + self.straight - self.arriving(self.emitted)
 
     def without_slopes(self, n: int) -> "Chains":
         """Return the same where the slopes of n linear elements neither send nor receive."""
         matrix = np.zeros_like(self.matrix)
         matrix[:, :n, :n] = self.matrix[:, :n, :n]
-        parts = (x.copy() for x in (self.outside, self.escaping, self.lamplight))
-        flat = Chains(matrix, self.which, *parts)
-        for x in (flat.outside, flat.escaping, flat.lamplight):
+        parts = [x.copy() for x in self._parts]
+        for x in parts:
             x[n:] = 0.0
-        return flat
+        return Chains(matrix, self.which, *parts)
 
     def of_bands(self, bands: np.ndarray | slice) -> "Chains":
         """Return the same for some bands."""
-        parts = (x[:, bands] for x in (self.outside, self.escaping, self.lamplight))
-        return Chains(self.matrix, self.which[bands], *parts)
+        return Chains(self.matrix, self.which[bands], *(x[:, bands] for x in self._parts))
 
     def spread(self, rows: np.ndarray, n: int) -> "Chains":
         """Return the same for n coefficients of which these are the ``rows`` (m,)."""
         matrix = np.zeros((len(self.matrix), n, n))
         matrix[:, rows[:, None], rows] = self.matrix
-        parts = (np.zeros((n, len(self.which))) for _ in range(3))
-        made = Chains(matrix, self.which, *parts)
-        for name in ("outside", "escaping", "lamplight"):
-            getattr(made, name)[rows] = getattr(self, name)
-        return made
+        parts = [np.zeros((n, len(self.which))) for _ in self._parts]
+        for to, mine in zip(parts, self._parts, strict=True):
+            to[rows] = mine
+        return Chains(matrix, self.which, *parts)
+
+    @property
+    def _parts(self):
+        return self.outside, self.escaping, self.straight, self.emitted
 
 
 def find_chains(
@@ -244,8 +289,10 @@ def find_chains(
         part = csr_array(fit[rows][:, here])
         for k in range(len(bands)):
             matrix[k, rows] = part @ sent.weights[k]
-        for to, found in zip(parts, (sent.outside, sent.escaping, sent.lamplight), strict=True):
+        for to, found in zip(parts, (sent.outside, sent.escaping, sent.straight), strict=True):
             to[here] = found
 
     over_ranges(work, n, max(1, RAYS_AT_ONCE // (4 * rays)), "chains", progress)
-    return Chains(matrix, which.ravel(), *(fit @ x for x in parts))
+    emitted = np.zeros((m, every))
+    emitted[:n] = tracer.emitted
+    return Chains(matrix, which.ravel(), *(fit @ x for x in parts), emitted)

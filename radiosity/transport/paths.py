@@ -47,6 +47,10 @@ class Bundle:
         By which radiance rises on the way to the first point, n_first^2/n_here^2.
     medium : (k,) int
         Material whose inside the ray ended in, `OPEN` for none.
+    way : (k,) float64
+        Length of its last part, in ray coordinates.
+    density : (k,) float64
+        Per steradian, by which a lobe chose its direction; infinite where there was no choice.
     """
 
     ray: np.ndarray
@@ -56,6 +60,8 @@ class Bundle:
     share: np.ndarray
     gain: np.ndarray
     medium: np.ndarray
+    way: np.ndarray
+    density: np.ndarray
 
     def some(self, k: np.ndarray) -> "Bundle":
         """Return some of the rays."""
@@ -116,9 +122,12 @@ def rays_within(
 ) -> Bundle:  # fmt: skip
     """Return rays as `first_rays` does that begin in media (k,) which are known."""
     k = len(sides)
-    ones = np.ones((k, space.optics.bands))
-    made = Bundle(np.arange(k), sides, hits, directions, ones, np.ones(k), medium)
-    return _dimmed(space, made, np.linalg.norm(hits - origins, axis=1))
+    way = np.linalg.norm(hits - origins, axis=1)
+    made = Bundle(
+        np.arange(k), sides, hits, directions, np.ones((k, space.optics.bands)), np.ones(k), medium,
+        way, np.full(k, np.inf),
+    )  # fmt: skip
+    return _dimmed(space, made)
 
 
 def medium_at(space: Space, point: np.ndarray) -> int:
@@ -192,17 +201,18 @@ def _traced(space, rays):
     """Return rays, which hold where they begin, where they end."""
     begin = rays.hits.copy()
     sides, hits = meet(space.visibility, space.table, rays.hits, rays.directions)
-    ended = replace(rays, sides=sides, hits=hits)
-    return _dimmed(space, ended, np.linalg.norm(hits - begin, axis=1))
+    return _dimmed(space, replace(
+        rays, sides=sides, hits=hits, way=np.linalg.norm(hits - begin, axis=1)
+    ))  # fmt: skip
 
 
-def _dimmed(space, rays, way):
-    """Return rays after ways (k,), in ray coordinates, through media that absorb."""
+def _dimmed(space, rays):
+    """Return rays after the last part of their ways through media that absorb."""
     k = np.flatnonzero(rays.medium != OPEN)
     if not len(k):
         return rays
     rate = space.optics.absorption[rays.medium[k]] / space.visibility.scale
-    depth = np.where(rays.sides[k] >= 0, way[k], np.finfo(float).max)[:, None]
+    depth = np.where(rays.sides[k] >= 0, rays.way[k], np.finfo(float).max)[:, None]
     share = rays.share.copy()
     with np.errstate(over="ignore"):  # of what never ends nothing is left
         share[k] *= np.exp(-rate * depth)
@@ -231,13 +241,13 @@ def _sent_on(space, rays, keys, index, bounce, seed, lobes):
         cosine = np.clip(-np.einsum("kc,kc->k", mine.directions, n), 0.0, 1.0)
         above = mine.hits + LIFT * flat[k]
         if side.lobe is not None and lobes:
-            u = _squares(keys[mine.ray], index[mine.ray], bounce, seed)
+            u = squares(keys[mine.ray], index[mine.ray], bounce, seed)
             yield _from_lobe(side.lobe, mine, n, flat[k], u), above
         under = side.under_lobe(cosine)
         if side.mirror is not None:
-            mirrored = mine.directions + 2.0 * cosine[:, None] * n
-            share = mine.share * under * side.mirror.albedo(cosine)
-            yield replace(mine, directions=_over(mirrored, flat[k]), share=share), above
+            mirrored = _over(mine.directions + 2.0 * cosine[:, None] * n, flat[k])
+            share, sure = mine.share * under * side.mirror.albedo(cosine), np.full(len(k), np.inf)
+            yield replace(mine, directions=mirrored, share=share, density=sure), above
         if side.passage is not None:
             below = replace(mine, hits=mine.hits - LIFT * flat[k])
             for passed in _passed(side, material, inside, below, n, cosine, under):
@@ -259,6 +269,7 @@ def _over(directions, flat):
 def _passed(side: Side, material, inside, rays, normals, cosine, under):
     """Yield the rays that go on beyond an interface, those of each index by themselves."""
     share = rays.share * under * side.passage.albedo(cosine)
+    rays = replace(rays, density=np.full(len(share), np.inf))
     if side.index is None:
         yield replace(rays, share=share)
         return
@@ -287,20 +298,25 @@ def _from_lobe(lobe, rays, normals, flat, u):
     good = (cosine > 0.0) & (density > 0.0) & (np.einsum("kc,kc->k", directions, flat) > 0.0)
     weight = np.where(good, cosine / np.where(good, density, 1.0), 0.0)
     share = rays.share * lobe.value(light, view) * weight[:, None]
-    return replace(rays, directions=directions.astype(np.float32), share=share)
+    return replace(
+        rays, directions=directions.astype(np.float32), share=share, density=density
+    )
 
 
-def _squares(keys, index, bounce, seed):
-    """Return points (k, 2) of the unit square; even at the first bounce, by chance at others."""
+def squares(keys, index, bounce, seed, salt=0):
+    """Return points (k, 2) of the unit square; even at the first bounce, by chance at others.
+
+    ``salt`` tells patterns apart of one bounce.
+    """
     u = np.empty((len(keys), 2))
-    _fill(np.ascontiguousarray(keys), np.ascontiguousarray(index), bounce, seed, u)
+    _fill(np.ascontiguousarray(keys), np.ascontiguousarray(index), bounce, seed, salt, u)
     return u
 
 
 @njit(cache=True, nogil=True)
-def _fill(keys, index, bounce, seed, u):
+def _fill(keys, index, bounce, seed, salt, u):
     for k in range(len(keys)):
-        shift = hashed(keys[k], SALT + bounce, seed)
+        shift = hashed(keys[k], SALT + bounce + (salt << 8), seed)
         if bounce == 0:
             u[k, 0] = sobol(index[k], 2, shift)
             u[k, 1] = sobol(index[k], 3, shift >> np.uint64(32))
