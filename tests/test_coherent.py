@@ -1,7 +1,5 @@
 """Mirrors and clear bodies in pictures, against closed forms."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scenes_for_tests import block, box
@@ -42,7 +40,8 @@ def scene_of(parts, position, target, fov=0.001, size=(1, 1), **more):
 
 def looked_at(scene, **more):
     """Return the pixels (h, w, 3) of the scene's camera."""
-    return radiosity.render(radiosity.solve(scene, 0.3, mesh="input"), **({"samples": 8} | more)).pixels
+    solution = radiosity.solve(scene, 0.3, mesh="input")
+    return radiosity.render(solution, **({"samples": 8} | more)).pixels
 
 
 def wall(z, half=5.0, towards=1.0):

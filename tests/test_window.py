@@ -170,10 +170,10 @@ def test_a_gathered_window_is_the_rendered_picture(glossy, opened):
     press(win, "g")
     gather_fully(win)
     image = gather.render(glossy, current_camera(win.plotter, "now"), samples=48)
-    differ = np.abs(shot(win).astype(int) - tone_map(image.pixels, image.exposure))
+    differ = np.abs(shot(win).astype(int) - image.shown())
     assert differ.max() <= 2
     home = gather.render(glossy, size=SIZE, samples=48)
-    differ = np.abs(shot(win).astype(int) - tone_map(home.pixels, home.exposure))
+    differ = np.abs(shot(win).astype(int) - home.shown())
     assert np.mean(differ > 2) < 1e-3  # rounding of the camera may turn a sample at an edge
 
 
@@ -186,7 +186,7 @@ def test_passes_are_shown_as_they_come(glossy, opened):
         seen.append(shot(win))
         time.sleep(0.005)
     one = gather.render(glossy, size=SIZE, samples=16)
-    first = tone_map(one.pixels, one.exposure)[: SIZE[1] - 45]  # above the texts
+    first = one.shown()[: SIZE[1] - 45]  # above the texts
     closest = min(np.mean(np.any(first != s[: SIZE[1] - 45], axis=2)) for s in seen)
     assert closest < 1e-3
 

@@ -16,7 +16,7 @@ def render(
     ],
     camera: o.CameraName = None,
     size: o.Size = None,
-    samples: o.Samples = 128,
+    samples: o.Samples = None,
     gamma: Annotated[
         float | None,
         typer.Option(
@@ -57,7 +57,14 @@ def render(
     write(image, output, gamma)
     if image.outside:
         remark(f"note: {outside_line(image)}", quiet)
-    remark(f"wrote {output}", quiet)
+    remark(f"wrote {output}{noise_words(image)}", quiet)
+
+
+def noise_words(image) -> str:
+    """Return the estimated noise of a picture, "" where it is not known."""
+    if image.noise is None:
+        return ""
+    return f": noise {o.percent(image.noise)} of the mean luminance, rms, estimated"
 
 
 def outside_line(image) -> str:

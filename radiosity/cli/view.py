@@ -18,7 +18,7 @@ def view(
         str | None,
         typer.Option("--screenshot", help="Write the gathered picture here and open no window."),
     ] = None,
-    samples: o.Samples = 128,
+    samples: o.Samples = None,
     accuracy: o.Accuracy = 0.02,
     bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
@@ -38,6 +38,7 @@ def view(
 
     Example: radiosity view scenes/cornell_box.toml
     """
+    from radiosity.cli.render import noise_words
     from radiosity.transport.files import check_place
     from radiosity.view.gather import find_camera, picture_size, render
     from radiosity.view.image import check_suffix, write
@@ -63,4 +64,4 @@ def view(
     if screenshot is None:
         remark("no display: the picture is gathered and written instead of shown", quiet)
     write(image, target)
-    remark(f"wrote {target}", quiet)
+    remark(f"wrote {target}{noise_words(image)}", quiet)

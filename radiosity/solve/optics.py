@@ -23,8 +23,7 @@ def make_optics(scene: Scene, table: Table) -> Optics:
             return _between_corners(faces, table, normal, face, points)
 
     sides = tuple(_sides_of(m) for m in scene.materials)
-    emission = np.array([m.emission for m in scene.materials])
-    return Optics(faces.material, sides, absorption, normal, smooth, emission)
+    return Optics(faces.material, sides, absorption, normal, smooth)
 
 
 def _sides_of(material: Material) -> tuple[Side | None, Side | None]:

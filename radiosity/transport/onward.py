@@ -2,21 +2,37 @@
 
 A ray that meets a surface which sends light on along single directions brings beside the light
 that leaves it evenly what that sends on: it is followed (`follow`), and at its ends finds the
-stored field, what lights emit and, by lobes, what abstract light sources send.
+stored field, what lights emit and, by lobes, what lights send that these look for.
 """
 
 import numpy as np
 
-from radiosity.light.frames import frame, to_local
-from radiosity.transport.irradiance import Surroundings, carried
-from radiosity.transport.lamps import reaching
-from radiosity.transport.paths import Bundle, first_rays, follow
+from radiosity.transport.hemisphere import rays_from
+from radiosity.transport.highlights import counted, in_lobes
+from radiosity.transport.irradiance import Lights, Surroundings, carried
+from radiosity.transport.paths import first_rays, follow
+
+
+def irradiance_sent_on(
+    around: Surroundings, points, normals, sides, hits, keys, samples: range, seed: int
+) -> np.ndarray:  # fmt: skip
+    """Return (p, bands) irradiance in W/m2 by what is sent on along the rays of `look_out`.
+
+    Parameters
+    ----------
+    sides, hits : (p, n) int, (p, n, 3) float32
+        What these met.
+    """
+    begin, directions = rays_from(around.visibility, points, normals, keys, samples, seed)
+    ends = sides.ravel(), hits.reshape(-1, 3)
+    found = sent_on(around, begin, directions, *ends, keys, samples, seed)
+    return found.reshape(*sides.shape, -1).mean(axis=1)
 
 
 def sent_on(
     around: Surroundings, origins, directions, sides, hits, keys, samples: range, seed: int
-) -> np.ndarray:
-    """Return (k, bands) exitance in W/m2 that rays bring beside what `carried` finds at `hits`.
+) -> np.ndarray:  # fmt: skip
+    """Return (k, bands) exitance in W/m2 that rays bring beside what `carried` finds at ``hits``.
 
     Parameters
     ----------
@@ -25,49 +41,41 @@ def sent_on(
     sides : (k,) int
         See `meet`.
     keys, samples : (p,) int, range
-        As for `sent_along`: k = p len(samples).
+        As for `radiosity.transport.irradiance.sent_along`: k = p len(samples).
     """
-    count = len(samples)
+    space, lights, count = around.space, around.lights, len(samples)
     owner = np.repeat(np.arange(len(keys)), count)
-    start = first_rays(around.space, sides, hits, origins, directions, owner)
-    found = start.share * lamplight(around, start)
+    start = first_rays(space, sides, hits, origins, directions, owner)
+    keys, index = keys[owner], np.tile(np.asarray(samples), len(keys))
+    found = np.pi * start.share * in_lobes(space, lights, start, keys, index, 0, seed)
     dim = np.flatnonzero((start.share != 1.0).any(axis=1))
     found[dim] += (start.share[dim] - 1.0) * carried(around, sides[dim], hits[dim])
-    index = np.tile(np.arange(samples.start, samples.stop), len(keys))
-    for ends in follow(around.space, start, np.repeat(keys, count), index, seed):
-        here = carried(around, ends.sides, ends.hits) + lamplight(around, ends)
-        if len(around.lights.polygons):  # otherwise the field has what lights emit
-            here += np.pi * _emitted(around.space, ends.sides)
+    areas = _areas(lights, len(space.optics.material))
+    for bounce, ends in enumerate(follow(space, start, keys, index, seed), 1):
+        straight = in_lobes(space, lights, ends, keys[ends.ray], index[ends.ray], bounce, seed)
+        straight += counted(space, ends, areas)[:, None] * _emitted(around, ends.sides)
+        here = carried(around, ends.sides, ends.hits) + np.pi * straight
         np.add.at(found, ends.ray, ends.weight * here)
     return found
 
 
-def _emitted(space, sides):
-    """Return (k, bands) radiance that sides emit, W/(m2 sr)."""
-    found = np.zeros((len(sides), space.optics.bands))
-    k = np.flatnonzero((sides >= 0) & (sides % 2 == 0))
-    found[k] = space.optics.emission[space.optics.material[space.faces(sides[k])]]
+def _areas(lights: Lights, faces: int) -> np.ndarray:
+    """Return (faces,) areas of the polygons that shine, 0 of other faces."""
+    found = np.zeros(faces)
+    if not len(lights.polygons):
+        return found
+    across = [np.cross(q[2] - q[0], q[3] - q[1]) for q in lights.polygons]
+    found[lights.face] = np.linalg.norm(across, axis=1) / 2.0
     return found
 
 
-def lamplight(around: Surroundings, ends: Bundle) -> np.ndarray:
-    """Return (k, bands) pi times the radiance that lobes at the ends make of lamps' light, W/m2."""
-    found, space, lamps = np.zeros_like(ends.share), around.space, around.lights.lamps
-    k = np.flatnonzero(space.sends_on(ends.sides)) if lamps else np.zeros(0, int)
-    if not len(k):
-        return found
-    face, back = space.faces(ends.sides[k]), ends.sides[k] % 2
-    points = space.points(ends.hits[k].astype(np.float64))
-    normals = space.optics.facing(face, back == 1, points)
-    for side, _, _, mine in space.optics.groups(face, back):
-        if side.lobe is None:
-            continue
-        frames = frame(normals[mine])
-        view = to_local(frames, -ends.directions[k[mine]].astype(np.float64))
-        for lamp in lamps:
-            here = reaching(
-                around.visibility, lamp, points[mine], normals[mine], around.lights.unit_m
-            )
-            value = side.lobe.value(to_local(frames, here.to_light), view)
-            found[k[mine]] += np.pi * value * here.irradiance
+def _emitted(around, sides) -> np.ndarray:
+    """Return (k, bands) radiance that lights emit from sides, W/(m2 sr)."""
+    space, lights = around.space, around.lights
+    number = np.full(len(space.optics.material), -1)
+    number[np.asarray(lights.face, int)] = np.arange(len(lights.face))
+    found = np.zeros((len(sides), space.optics.bands))
+    k = np.flatnonzero((sides >= 0) & (sides % 2 == 0))
+    light = number[space.faces(sides[k])]
+    found[k[light >= 0]] = lights.exitance[light[light >= 0]] / np.pi
     return found

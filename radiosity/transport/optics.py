@@ -56,8 +56,6 @@ class Optics:
         Of the fronts.
     smooth : callable, optional
         ``smooth(face, points)`` returns unit normals (k, 3) of the fronts where they vary.
-    emission : (materials, bands) float64, optional
-        Radiance of fronts, W/(m2 sr), as rays that were sent on meet it.
     """
 
     material: np.ndarray
@@ -65,7 +63,6 @@ class Optics:
     absorption: np.ndarray
     normal: np.ndarray
     smooth: Callable | None = None
-    emission: np.ndarray | None = None
 
     @property
     def bands(self) -> int:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from radiosity.light.colour import encode, in_gamut, outside
+from radiosity.light.photometry import luminance
 from radiosity.transport.files import written_whole
 
 _SHOWN = 0.8  # linear display value of the percentile below, automatic exposure
@@ -24,6 +25,10 @@ class Image:
         Radiance in W/(m2 sr), rows from the top; converted from any real numbers.
     exposure : float
         Display value per radiance; only the tone-mapped files use it.
+    error : (h, w) float32, optional
+        Standard error of the pixels' luminance, W/(m2 sr), where it was estimated.
+    lamp : (h, w, 4) float32, optional
+        What lamps that are seen add to the radiance, and the share of the pixel that they fill.
 
     Raises
     ------
@@ -38,6 +43,8 @@ class Image:
 
     pixels: np.ndarray
     exposure: float = 1.0
+    error: np.ndarray | None = None
+    lamp: np.ndarray | None = None
 
     def __post_init__(self):
         with np.errstate(over="ignore"):  # told below, with the place
@@ -55,6 +62,21 @@ class Image:
         if not (self.exposure > 0 and np.isfinite(self.exposure)):
             raise ValueError(f"exposure = {self.exposure} must be positive and finite")
         object.__setattr__(self, "pixels", pixels)
+        for name, last in (("error", ()), ("lamp", (4,))):
+            if (extra := getattr(self, name)) is not None:
+                extra, shape = np.asarray(extra, np.float32), pixels.shape[:2] + last
+                if extra.shape != shape:
+                    raise ValueError(f"{name} of shape {extra.shape} must be {shape}, as pixels")
+                object.__setattr__(self, name, extra)
+
+    @property
+    def noise(self) -> float | None:
+        """Return the rms of ``error`` relative to the mean luminance, of pixels without lamps."""
+        if self.error is None:
+            return None
+        plain = np.full(self.error.shape, True) if self.lamp is None else self.lamp[..., 3] == 0
+        mean = float(luminance(self.pixels[plain].astype(np.float64)).mean()) if plain.any() else 0
+        return float(np.sqrt(np.mean(self.error[plain] ** 2.0))) / mean if mean > 0 else 0.0
 
     @property
     def outside(self) -> int:
@@ -62,8 +84,22 @@ class Image:
         return int(np.sum(outside(self.pixels * self.exposure)))
 
     def shown(self, gamma: float | None = None) -> np.ndarray:
-        """Return (h, w, 3) uint8 for a screen of sRGB, or of a gamma; greyed where `outside`."""
-        return tone_map(in_gamut(self.pixels.astype(np.float64) * self.exposure), 1.0, gamma)
+        """Return (h, w, 3) uint8 for a screen of sRGB, or of a gamma; greyed where `outside`.
+
+        Of a pixel that a lamp fills in part, the lamp and the rest are cut to what the screen can
+        show each by itself, then mixed by their shares. Cut after they are mixed, any pixel that
+        a bright lamp touches would be as bright as the lamp, and its edges would be steps.
+        """
+        light = self.pixels.astype(np.float64)
+        shown = in_gamut(light * self.exposure)
+        if self.lamp is not None:
+            share = self.lamp[..., 3].astype(np.float64)
+            edge = (share > 0) & (share < 1)
+            part, share = self.lamp[edge, :3].astype(np.float64), share[edge, None]
+            both = part / share, np.maximum(light[edge] - part, 0.0) / (1.0 - share)
+            lamp, rest = (np.clip(in_gamut(x * self.exposure), 0.0, 1.0) for x in both)
+            shown[edge] = share * lamp + (1.0 - share) * rest
+        return tone_map(shown, 1.0, gamma)
 
 
 def tone_map(pixels: np.ndarray, exposure: float, gamma: float | None = None) -> np.ndarray:

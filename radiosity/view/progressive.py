@@ -4,7 +4,7 @@ The thread computes and touches nothing of VTK; who shows its pictures asks for 
 """
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from radiosity.view import gather
 
 @dataclass(frozen=True)
 class _Progress:
-    """How many passes are done and their tone-mapped mean, replaced as a whole."""
+    """How many pictures came, the newest and whether it is the last, replaced as a whole."""
 
     done: int
     picture: np.ndarray | None
+    last: bool = False
 
 
 class Job:
@@ -26,20 +27,18 @@ class Job:
 
     Attributes
     ----------
-    total : int
-        Passes that make the picture.
-    done : int
-        Passes in the picture that `newest` returned last.
     error : Exception or None
         What ended the thread early.
     thread : threading.Thread
     """
 
-    def __init__(self, solution: Solution, camera: Camera, samples: int, turn: threading.Lock):
+    def __init__(
+        self, solution: Solution, camera: Camera, samples: int | None, turn: threading.Lock
+    ):  # fmt: skip
         """Start to gather; of the jobs that share ``turn`` one computes at a time."""
-        self.total, self.done = gather.pass_count(samples), 0
+        self._expected = gather.pass_count(samples)
         self.error = None
-        self._newest = _Progress(0, None)
+        self._newest = self._returned = _Progress(0, None)
         self._stopped = threading.Event()
         self.thread = threading.Thread(
             target=self._run, args=(solution, camera, samples, turn), daemon=True
@@ -47,16 +46,26 @@ class Job:
         self.thread.start()
 
     @property
+    def total(self) -> int:
+        """Return how many pictures are expected, where errors decide it a guess."""
+        return max(self._expected, self.done + 1)
+
+    @property
+    def done(self) -> int:
+        """Return how many came until the picture that `newest` returned last."""
+        return self._returned.done
+
+    @property
     def finished(self) -> bool:
         """Return whether the last picture was returned."""
-        return self.done == self.total
+        return self._returned.last
 
     def newest(self) -> np.ndarray | None:
         """Return the newest picture, (h, w, 3) uint8, or None where it was returned before."""
         newest = self._newest
-        if newest.done == self.done:
+        if newest is self._returned:
             return None
-        self.done = newest.done
+        self._returned = newest
         return newest.picture
 
     def stop(self) -> None:
@@ -73,6 +82,8 @@ class Job:
                 )
                 for done, image in enumerate(passes, start=1):
                     self._newest = _Progress(done, image.shown())
+                if not self._stopped.is_set():
+                    self._newest = replace(self._newest, last=True)
         except Exception as error:  # for the main thread to raise
             self.error = error
 

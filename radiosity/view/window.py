@@ -53,7 +53,7 @@ def show(
     camera: Camera | str | None = None,
     size: tuple[int, int] | None = None,
     off_screen: bool = False,
-    samples: int = gather.SAMPLES,
+    samples: int | None = None,
 ) -> np.ndarray | None:
     """Show a solution until the user closes the window; in a notebook, its picture inline.
 
@@ -66,8 +66,9 @@ def show(
         Pixels, instead of the camera's own.
     off_screen : bool
         Open nothing and return what the window would show at first.
-    samples : int
-        Rays over each pixel's hemisphere that a gathered view ends with.
+    samples : int, optional
+        Rays over each pixel's hemisphere that a gathered view ends with; by default the accuracy of
+        the solution decides.
 
     Returns
     -------
@@ -146,7 +147,7 @@ class Window:
         camera: Camera | str | None = None,
         size: tuple[int, int] | None = None,
         *,
-        samples: int = gather.SAMPLES,
+        samples: int | None = None,
         off_screen: bool = False,
     ):
         """Build the window, without entering its loop; see `show` for the parameters."""
