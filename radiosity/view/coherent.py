@@ -40,7 +40,7 @@ def with_coherent(
     depth : int
         How many surfaces a line is followed over.
     """
-    space = _as_seen(view.surroundings.space, shading)
+    space = _as_seen(view.space, shading)
     start = _start(view, space, origin, rows, points, directions)
     seen = _through(own(rows, points, -directions, keys, index), start.share)
     best = seen.diffuse.max(axis=1)
@@ -84,7 +84,7 @@ def _add_ends(view, shading, ends, keys, index, own, seen, best):
     k = k[_shows(shading, rows[k])]
     if not len(k):
         return
-    ray, points = ends.ray[k], view.surroundings.space.points(ends.hits[k].astype(np.float64))
+    ray, points = ends.ray[k], view.space.points(ends.hits[k].astype(np.float64))
     there = own(rows[k], points, -ends.directions[k].astype(np.float64), keys[ray], index)
     there = _through(there, weight[k])
     np.add.at(seen.leaving, ray, there.leaving)

@@ -127,7 +127,7 @@ def _exposures(
     bands, detail, accuracy = solution.scene.bands, shading.detail, solution.plan.accuracy
     film = Film.blank(
         *picture_size(camera, size, bands), bands, lamps=bool(shading.emission.any()),
-        varied=(detail is not None and detail.textured) or solution.surroundings.space is not None,
+        varied=(detail is not None and detail.textured) or solution.space is not None,
     )  # fmt: skip
     every = np.arange(film.width * film.height)
 
@@ -256,7 +256,7 @@ class Seen:
 
 def _seen(solution, shading, origins, rows, points, directions, keys, index) -> Seen:
     """Return what sight lines show, with what mirrors and clear bodies send on along them."""
-    if solution.surroundings.space is None:
+    if solution.space is None:
         return _own(solution, shading, rows, points, -directions, keys, index)
     from radiosity.view.coherent import with_coherent  # others need none of it
 

@@ -50,12 +50,23 @@ def glossy_radiance(
     frames = frame(normals)[:, None]
     view = to_local(frames, to_view[:, None])
     args = points, normals, frames, view, keys, samples, seed
-    leaving = reflected_surroundings(around, lobe, *args)
+    sampled = around.even is None and hasattr(lobe, "sample")
+    if sampled:
+        leaving = reflected_surroundings(around, lobe, *args)
+    else:
+        leaving = _evenly(around, lobe, view)
     for light in range(len(around.lights.polygons)):
-        leaving += highlight(around, lobe, light, *args)
+        leaving += highlight(around, lobe, light, *args, shared=sampled)
     for lamp in around.lights.lamps:
         leaving += glint(around, lobe, lamp, points, normals, frames, view)
     return leaving
+
+
+def _evenly(around, lobe, view):
+    """Return (k, bands) radiance of ambient light in a lobe; the seeds' raw forms reflect none."""
+    if around.even is None or not hasattr(lobe, "albedo"):
+        return np.zeros((len(view), around.lights.exitance.shape[1]))
+    return lobe.albedo(np.clip(view[:, 0, 2], 0.0, 1.0)[:, None])[:, 0] * around.even
 
 
 def glint(around, lobe, lamp, points, normals, frames, view):
@@ -147,9 +158,6 @@ def reflected_surroundings(
     Mean over the lobe's own directions of f L cos(theta)/density. With ``lights``, they add their
     share of the lights that they meet, see `highlight`.
     """
-    if around.even is not None:
-        albedo = getattr(lobe, "albedo", None)  # the seeds' raw forms have none
-        return albedo(np.clip(view[:, 0, 2:], 0.0, 1.0))[:, 0] * around.even if albedo else 0.0
     light = lobe.sample(view, _squares(keys, 999, samples, seed))
     density, cosine = lobe.density(view, light), light[..., 2]
     useful = (cosine > 0) & (density > 0)
