@@ -11,8 +11,10 @@ from radiosity.solve.system import lights_of, make_terms
 from radiosity.transport.aiming import make_targets
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.chains import Chains, Tracer, find_chains
+from radiosity.transport.images import find_planes, make_images
 from radiosity.transport.paths import Space
 from radiosity.transport.threads import Progress, over_ranges
+from radiosity.transport.visibility import LIFT
 
 AT_POINTS = 8  # rays from a point that is asked for, to those from a node
 PARTS = 4  # that they are cast in, to tell their noise
@@ -21,13 +23,20 @@ KEY = 1 << 45  # tells the patterns of points from those of nodes
 RAYS_AT_ONCE = 1 << 15
 
 
-def make_tracer(scene: Scene, reach: Reach, elements: Elements, seed: int) -> Tracer:
-    """Return what follows light back to the elements of the live patches."""
+def make_tracer(
+    scene: Scene, reach: Reach, elements: Elements, tolerance: np.ndarray, seed: int
+) -> Tracer:
+    """Return what follows light back to the elements of the live patches.
+
+    ``tolerance`` (n,) is that of factors from points to elements, see `make_senders`.
+    """
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     place = np.full(len(patches) + 1, -1)
     place[rows] = np.arange(len(rows))
     sides = np.stack([np.arange(patches.fronts), patches.back_of], axis=1)
-    space = Space(reach.visibility, reach.table, make_optics(scene, reach.table))
+    optics = make_optics(scene, reach.table)
+    planes = find_planes(scene.faces, optics, float(np.ptp(scene.faces.vertices, (0, 1)).max()))
+    space = Space(reach.visibility, reach.table, optics, planes)
     lights, areas = lights_of(scene), np.zeros(len(scene.faces))
     emitted = np.zeros((len(rows), scene.bands.count))
     if len(lights.polygons):
@@ -39,8 +48,11 @@ def make_tracer(scene: Scene, reach: Reach, elements: Elements, seed: int) -> Tr
     targets = make_targets(scene.faces, reach.visibility, wanted)
     if len(targets.face) > MOST_TARGETS:
         targets = None
+    images = ()
+    if planes is not None:
+        images = make_images(scene.faces, planes, elements, scene.lights, tolerance)
     made = space, elements, place[sides.ravel()], lights, emitted, areas, seed
-    return Tracer(*made, targets)
+    return Tracer(*made, targets, images)
 
 
 def chains_of(
@@ -67,10 +79,14 @@ def arriving_by_chains(
         Radiance of the outside.
     """
     k, bands = len(points), coefficients.shape[1]
-    parts = np.zeros((PARTS, k, bands))
+    parts, exact = np.zeros((PARTS, k, bands)), np.zeros((k, bands))
     each = rays // PARTS
 
     def work(a, b):
+        exact[a:b] = tracer.lamplight(points[a:b], normals[a:b])
+        for image in tracer.images:
+            seen = image.weights(points[a:b], normals[a:b], a, LIFT, tracer.seed)
+            exact[a:b] += image.share * (seen @ coefficients)
         keys = KEY + np.arange(a, b)
         for part in range(PARTS):
             some = range(part * each, (part + 1) * each)
@@ -79,7 +95,7 @@ def arriving_by_chains(
 
     over_ranges(work, k, max(1, RAYS_AT_ONCE // each))
     error = parts.std(axis=0, ddof=1) / np.sqrt(PARTS)
-    return Arrival(parts.mean(axis=0), error, np.ones(k))
+    return Arrival(parts.mean(axis=0) + exact, error, np.ones(k))
 
 
 def _radiosity_seen(tracer, coefficients, ambient, points, normals, keys, samples):

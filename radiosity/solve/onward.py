@@ -100,7 +100,7 @@ def _left(space, side, points, directions, seed):
     hits = ((points - space.visibility.centre) * space.visibility.scale).astype(np.float32)
     here = Bundle(
         np.arange(k), side, hits, directions, np.ones((k, bands)), np.ones(k), np.full(k, OPEN),
-        np.zeros(k), np.full(k, np.inf),
+        np.zeros(k), np.full(k, np.inf), np.full(k, -1),
     )  # fmt: skip
     for ends in follow(space, here, KEY + np.arange(k), np.zeros(k, int), seed):
         out = np.flatnonzero(ends.sides < 0)

@@ -18,6 +18,7 @@ from radiosity.mesh.elements import Elements, Nodes
 from radiosity.transport.aiming import Targets, aimed_rays
 from radiosity.transport.hemisphere import meet, rays_from
 from radiosity.transport.highlights import counted, in_lobes
+from radiosity.transport.images import Image
 from radiosity.transport.irradiance import Lights
 from radiosity.transport.paths import Bundle, Space, first_rays, follow
 from radiosity.transport.threads import Progress, over_ranges, silent
@@ -74,6 +75,8 @@ class Tracer:
     seed : int
     targets : Targets, optional
         What rays are aimed at; without, they look all around.
+    images : tuple of Image
+        What is known exactly of planar mirrors, and left out of what rays bring.
     """
 
     space: Space
@@ -84,6 +87,7 @@ class Tracer:
     areas: np.ndarray
     seed: int
     targets: Targets | None = None
+    images: tuple[Image, ...] = ()
 
     def paths(self, points, normals, keys, samples: range) -> Iterator[Step]:
         """Yield the ends of all rays from points: first hits, then bounce by bounce.
@@ -143,9 +147,19 @@ class Tracer:
             found[k] += basis[:, a, None] * coefficients[a * n + owner]
         return found
 
+    def lamplight(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Return the irradiance (k, bands) at points by lamps seen in mirrors, W/m2."""
+        found = np.zeros((len(points), self.space.optics.bands))
+        for image in self.images:
+            found += image.lamplight(points, normals, self.lights.unit_m)
+        return found
+
     def places(self, ends: Bundle) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return which of the ends lie on elements, on which, and their basis there (k, width)."""
-        owner = np.where(ends.sides >= 0, self.element[ends.sides], -1)
+        """Return which of the ends lie on elements, on which, and their basis there (k, width).
+
+        But for those that are known exactly.
+        """
+        owner = np.where((ends.sides >= 0) & (ends.state <= 0), self.element[ends.sides], -1)
         k = np.flatnonzero(owner >= 0)
         owner, basis = owner[k], np.ones((len(k), self.elements.width))
         if self.elements.order == 1:
@@ -281,10 +295,18 @@ def find_chains(
     first = np.searchsorted(nodes.owner, np.arange(n + 1))
     normal = elements.normal[nodes.owner]
 
+    emitted = np.zeros((m, every))
+    emitted[:n] = tracer.emitted
+
     def work(a, b):
         here = slice(first[a], first[b])
         keys = np.arange(first[a], first[b])
         sent = sent_to(tracer, nodes.points[here], normal[here], keys, range(rays), bands)
+        for image in tracer.images:
+            seen = image.weights(nodes.points[here], normal[here], first[a], 0.0, tracer.seed)
+            sent.weights[:] += image.share[bands, None, None] * seen
+            sent.straight[:] += image.share * (seen @ emitted)
+        sent.straight[:] += tracer.lamplight(nodes.points[here], normal[here])
         rows = (np.arange(width)[:, None] * n + np.arange(a, b)).ravel()
         part = csr_array(fit[rows][:, here])
         for k in range(len(bands)):
@@ -293,6 +315,4 @@ def find_chains(
             to[here] = found
 
     over_ranges(work, n, max(1, RAYS_AT_ONCE // (4 * rays)), "chains", progress)
-    emitted = np.zeros((m, every))
-    emitted[:n] = tracer.emitted
     return Chains(matrix, which.ravel(), *(fit @ x for x in parts), emitted)

@@ -9,6 +9,7 @@ than a least share.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
@@ -19,6 +20,9 @@ from radiosity.transport.lookup import Table
 from radiosity.transport.optics import Optics, Side
 from radiosity.transport.sampling import hashed, sobol
 from radiosity.transport.visibility import LIFT, Visibility
+
+if TYPE_CHECKING:
+    from radiosity.transport.images import Planes
 
 DEPTH, LEAST = 24, 1e-3
 SALT = 1 << 44  # tells the patterns of lobes from others
@@ -51,6 +55,9 @@ class Bundle:
         Length of its last part, in ray coordinates.
     density : (k,) float64
         Per steradian, by which a lobe chose its direction; infinite where there was no choice.
+    state : (k,) int
+        Which of the sequences of mirrors it has gone that are known exactly, from 1 on; 0 for no
+        mirror yet, -1 for any other way.
     """
 
     ray: np.ndarray
@@ -62,6 +69,7 @@ class Bundle:
     medium: np.ndarray
     way: np.ndarray
     density: np.ndarray
+    state: np.ndarray
 
     def some(self, k: np.ndarray) -> "Bundle":
         """Return some of the rays."""
@@ -80,6 +88,13 @@ class Space:
     visibility: Visibility
     table: Table
     optics: Optics
+    planes: "Planes | None" = None
+
+    def after(self, rays: Bundle) -> np.ndarray:
+        """Return the state (k,) of rays after a mirror that they have met."""
+        if self.planes is None:
+            return np.full(len(rays.ray), -1)
+        return self.planes.after(rays.state, self.faces(rays.sides), rays.sides % 2)
 
     def faces(self, sides: np.ndarray) -> np.ndarray:
         """Return (k,) the face of each side met."""
@@ -125,7 +140,7 @@ def rays_within(
     way = np.linalg.norm(hits - origins, axis=1)
     made = Bundle(
         np.arange(k), sides, hits, directions, np.ones((k, space.optics.bands)), np.ones(k), medium,
-        way, np.full(k, np.inf),
+        way, np.full(k, np.inf), np.zeros(k, int),
     )  # fmt: skip
     return _dimmed(space, made)
 
@@ -246,8 +261,10 @@ def _sent_on(space, rays, keys, index, bounce, seed, lobes):
         under = side.under_lobe(cosine)
         if side.mirror is not None:
             mirrored = _over(mine.directions + 2.0 * cosine[:, None] * n, flat[k])
-            share, sure = mine.share * under * side.mirror.albedo(cosine), np.full(len(k), np.inf)
-            yield replace(mine, directions=mirrored, share=share, density=sure), above
+            yield replace(
+                mine, directions=mirrored, share=mine.share * under * side.mirror.albedo(cosine),
+                density=np.full(len(k), np.inf), state=space.after(mine),
+            ), above  # fmt: skip
         if side.passage is not None:
             below = replace(mine, hits=mine.hits - LIFT * flat[k])
             for passed in _passed(side, material, inside, below, n, cosine, under):
@@ -269,7 +286,8 @@ def _over(directions, flat):
 def _passed(side: Side, material, inside, rays, normals, cosine, under):
     """Yield the rays that go on beyond an interface, those of each index by themselves."""
     share = rays.share * under * side.passage.albedo(cosine)
-    rays = replace(rays, density=np.full(len(share), np.inf))
+    other = np.full(len(share), -1)
+    rays = replace(rays, density=np.full(len(share), np.inf), state=other)
     if side.index is None:
         yield replace(rays, share=share)
         return
@@ -299,8 +317,9 @@ def _from_lobe(lobe, rays, normals, flat, u):
     weight = np.where(good, cosine / np.where(good, density, 1.0), 0.0)
     share = rays.share * lobe.value(light, view) * weight[:, None]
     return replace(
-        rays, directions=directions.astype(np.float32), share=share, density=density
-    )
+        rays, directions=directions.astype(np.float32), share=share, density=density,
+        state=np.full(len(share), -1),
+    )  # fmt: skip
 
 
 def squares(keys, index, bounce, seed, salt=0):
