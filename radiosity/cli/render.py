@@ -5,8 +5,9 @@ from typing import Annotated
 import typer
 
 from radiosity.cli import options as o
+from radiosity.cli.method import MethodOption, ShadowsOption, check_method, view_by
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, load_scene, solve_scene
+from radiosity.cli.session import Asked, load_scene
 
 
 def render(
@@ -23,6 +24,8 @@ def render(
             "--gamma", metavar="G", parser=o.number, help="Of the screen, instead of sRGB: .png."
         ),
     ] = None,
+    method: MethodOption = "gather",
+    shadows: ShadowsOption = True,
     accuracy: o.Accuracy = 0.02,
     bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
@@ -47,12 +50,13 @@ def render(
 
     check_suffix(output, gamma)
     check_place(output)
+    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
+    check_method(method, shadows, asked)
     model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     chosen = find_camera(model, camera)
     pixels = picture_size(chosen, o.parse_size(size), model.bands)
-    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
-        solution = solve_scene(model, asked, progress)
+        solution = view_by(method, shadows, model, asked, progress)
         image = gather(solution, chosen, size=pixels, samples=samples, progress=progress)
     write(image, output, gamma)
     if image.outside:

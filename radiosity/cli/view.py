@@ -6,8 +6,9 @@ from typing import Annotated
 import typer
 
 from radiosity.cli import options as o
+from radiosity.cli.method import MethodOption, ShadowsOption, check_method, view_by
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, load_scene, solve_scene
+from radiosity.cli.session import Asked, load_scene
 
 
 def view(
@@ -19,6 +20,8 @@ def view(
         typer.Option("--screenshot", help="Write the gathered picture here and open no window."),
     ] = None,
     samples: o.Samples = None,
+    method: MethodOption = "gather",
+    shadows: ShadowsOption = True,
     accuracy: o.Accuracy = 0.02,
     bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
@@ -48,14 +51,15 @@ def view(
         check_suffix(screenshot)
         check_place(screenshot)
     pixels = o.parse_size(size)
+    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
+    check_method(method, shadows, asked)
     model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     chosen = find_camera(model, camera)
     picture_size(chosen, pixels, model.bands)
     shown = screenshot is None and display_available()
     target = screenshot or f"{Path(scene).stem}.png"
-    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
-        solution = solve_scene(model, asked, progress)
+        solution = view_by(method, shadows, model, asked, progress)
         if not shown:
             image = render(solution, chosen, size=pixels, samples=samples, progress=progress)
     if shown:

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from radiosity.transport.paths import DEPTH, Bundle, Space, follow, medium_at, rays_within
-from radiosity.view.gather import Seen, rows_of
 from radiosity.view.shading import Shading
+from radiosity.view.sightlines import Seen, rows_of
 
 KEY = 1 << 46  # tells the patterns of what is seen in mirrors from those of pixels
 

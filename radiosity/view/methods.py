@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radiosity.light.coherent import Straight
+from radiosity.light.photometry import illuminance
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Camera, Scene, SceneError
 from radiosity.solve.plan import Plan, make_plan
@@ -47,8 +48,8 @@ class Stage:
         Without light that surfaces reflect.
     space : Space or None
         What sight lines are followed through.
-    radiosity : (n, bands) float64
-        Of the patches by lights and ambient light alone, W/m2, by which the picture is exposed.
+    irradiance_on : (n, bands) float64
+        On the patches' middles by lights and ambient light alone, W/m2: what exposes the picture.
     """
 
     scene: Scene
@@ -57,7 +58,7 @@ class Stage:
     terms: Terms
     surroundings: Surroundings
     space: Space | None
-    radiosity: np.ndarray
+    irradiance_on: np.ndarray
 
     @property
     def patches(self) -> Patches:
@@ -73,6 +74,26 @@ class Stage:
     def emission(self) -> np.ndarray:
         """Return (n, bands) exitance of the patches' own in W/m2."""
         return self.terms.emission
+
+    @property
+    def reflectance(self) -> np.ndarray:
+        """Return (n, bands) reflectances."""
+        return self.terms.reflectance
+
+    @property
+    def radiosity(self) -> np.ndarray:
+        """Return (n, bands) what patches emit, and reflect of the irradiance here, W/m2."""
+        return self.emission + self.reflectance * self.irradiance_on
+
+    @property
+    def illuminance(self) -> np.ndarray:
+        """Return (n,) that of the patches in lx."""
+        return illuminance(self.irradiance_on, self.scene.bands)
+
+    @property
+    def error(self) -> np.ndarray:
+        """Return (n, bands) errors of the irradiance: unknown, infinite."""
+        return np.full(self.irradiance_on.shape, np.inf)
 
     @property
     def transmittance(self) -> np.ndarray | None:
@@ -155,8 +176,12 @@ def check_method(method: str, shadows: bool = True) -> None:
         )
 
 
-def make_stage(scene: Scene, local: bool, *, shadows: bool = True, seed: int = 0) -> Stage:
+def make_stage(
+    scene: Scene, local: bool, *, shadows: bool = True, accuracy: float = 0.02, seed: int = 0
+) -> Stage:
     """Return a scene ready to be pictured by ray tracing, or by local shading.
+
+    ``accuracy`` is what the noise of pictures is held to, where no samples are given.
 
     Raises
     ------
@@ -165,7 +190,7 @@ def make_stage(scene: Scene, local: bool, *, shadows: bool = True, seed: int = 0
     """
     scene.check()
     tame = replace(scene, materials=tuple(map(_without_raw_lobes, scene.materials)))
-    plan = make_plan(tame, 0.1, seed=seed)
+    plan = make_plan(tame, accuracy, seed=seed)
     reach = find_reach(tame, plan.division, seed)
     terms = make_terms(tame, reach.patches, reach.live)
     lights = lights_of(scene, most=len(scene.faces))
@@ -180,8 +205,8 @@ def make_stage(scene: Scene, local: bool, *, shadows: bool = True, seed: int = 0
     visibility = reach.visibility if shadows else Unobstructed(reach.visibility)
     around = replace(around, even=even, visibility=visibility)
     arriving = direct + np.pi * (scene.ambient if even is None else even)
-    sent = terms.emission + terms.reflectance * arriving * reach.live[:, None]
-    return Stage(scene, plan, reach, terms, around, _space(scene, reach, local), sent)
+    arriving = np.where(reach.live[:, None], arriving, 0.0)
+    return Stage(scene, plan, reach, terms, around, _space(scene, reach, local), arriving)
 
 
 def _without_raw_lobes(material):
