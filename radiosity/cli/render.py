@@ -8,8 +8,9 @@ import typer
 
 from radiosity.cli import display as d
 from radiosity.cli import options as o
+from radiosity.cli.method import MethodOption, ShadowsOption, check_method, view_by
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, load_scene, solve_scene
+from radiosity.cli.session import Asked, load_scene
 
 FORBIDDEN = '/\\<>:"|?*'  # in file names, here or on other systems
 
@@ -34,6 +35,8 @@ def render(
     ] = None,
     exposure: d.ExposureOption = "auto",
     false_colour: d.FalseColourOption = None,
+    method: MethodOption = "gather",
+    shadows: ShadowsOption = True,
     accuracy: o.Accuracy = 0.02,
     bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
@@ -58,15 +61,16 @@ def render(
 
     d.check_display(output, exposure, gamma, false_colour)
     check_place(output)
+    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
+    check_method(method, shadows, asked)
     model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     views = _views(model, camera, all_cameras, Path(output))
     pixels = o.parse_size(size)
     for chosen, path in views:
         picture_size(chosen, pixels, model.bands)
         check_place(path)
-    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
-        solution = solve_scene(model, asked, progress)
+        solution = view_by(method, shadows, model, asked, progress)
     for chosen, path in views:
         with progress_bars(quiet) as progress:
             image = gather(solution, chosen, size=pixels, samples=samples, progress=progress)

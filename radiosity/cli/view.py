@@ -8,8 +8,9 @@ import typer
 
 from radiosity.cli import display as d
 from radiosity.cli import options as o
+from radiosity.cli.method import MethodOption, ShadowsOption, check_method, view_by
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, load_scene, solve_scene
+from radiosity.cli.session import Asked, load_scene
 
 
 def view(
@@ -23,6 +24,8 @@ def view(
     samples: o.Samples = None,
     exposure: d.ExposureOption = "auto",
     false_colour: d.FalseColourOption = None,
+    method: MethodOption = "gather",
+    shadows: ShadowsOption = True,
     accuracy: o.Accuracy = 0.02,
     bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
@@ -53,13 +56,14 @@ def view(
     if screenshot:
         check_place(screenshot)
     pixels = o.parse_size(size)
+    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
+    check_method(method, shadows, asked)
     model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     chosen = find_camera(model, camera)
     picture_size(chosen, pixels, model.bands)
     shown = screenshot is None and display_available()
-    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
-        solution = solve_scene(model, asked, progress)
+        solution = view_by(method, shadows, model, asked, progress)
         if not shown:
             image = render(solution, chosen, size=pixels, samples=samples, progress=progress)
     scale = false_colour and false_colour.of(solution)

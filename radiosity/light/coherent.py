@@ -1,7 +1,8 @@
 """Coherent reflection and refraction: the share of light that a smooth surface mirrors or passes.
 
 k_r and k_t of the shading equation, as laws of the angle: ``albedo(cosine)`` of any shape (...)
-returns (..., bands), ``mean_albedo`` (bands,) is the share of diffuse light, 2 int k(c) c dc.
+returns (..., bands), ``mean_albedo`` (bands,) is the share of diffuse light, 2 int k(c) c dc, and
+``behind`` is the law for light that comes from inside the medium.
 """
 
 from dataclasses import dataclass
@@ -37,6 +38,11 @@ class Constant:
         """The share itself."""
         return self.share
 
+    @property
+    def behind(self) -> "Constant":
+        """The same share, bent the other way."""
+        return Constant(self.share, None if self.index is None else 1.0 / self.index)
+
     def albedo(self, cosine):
         """Return the share (..., bands)."""
         return np.broadcast_to(self.share, (*np.shape(cosine), len(self.share)))
@@ -63,6 +69,11 @@ class FresnelMirror:
     def summary(self) -> str:
         """The law in words."""
         return f"Fresnel, {shown_index(self.index)}"
+
+    @property
+    def behind(self) -> "FresnelMirror":
+        """The law for light from the far side, which is totally reflected beyond an angle."""
+        return FresnelMirror(1.0 / self.index)
 
     @property
     def mean_albedo(self):
@@ -92,6 +103,11 @@ class FresnelPassage:
         return f"Fresnel, {shown_index(self.index)}"
 
     @property
+    def behind(self) -> "FresnelPassage":
+        """The law for light that leaves the medium."""
+        return FresnelPassage(1.0 / self.index)
+
+    @property
     def mean_albedo(self):
         """Share of diffuse light, (bands,)."""
         return 1.0 - fresnel.mean_reflectance(self.index)
@@ -99,6 +115,23 @@ class FresnelPassage:
     def albedo(self, cosine):
         """Return 1 - F (..., bands)."""
         return fresnel.transmittance(np.asarray(cosine)[..., None], self.index)
+
+
+@dataclass(frozen=True, eq=False)
+class Straight:
+    """What passes, as if both sides had one index: the share of a law, along the same line.
+
+    Attributes
+    ----------
+    passage : Constant or FresnelPassage
+    """
+
+    passage: object
+    index = None
+
+    def albedo(self, cosine):
+        """Return k_t (..., bands)."""
+        return self.passage.albedo(cosine)
 
 
 def shown_index(index) -> str:

@@ -91,6 +91,12 @@ class Point(Source):
         """Return the same source with another intensity (bands,)."""
         return replace(self, intensity=intensity)
 
+    def moved(self, turn: np.ndarray, shift: np.ndarray) -> "Point":
+        """Return the same source at turn @ position + shift, turned (3, 3) or mirrored."""
+        axis = getattr(self, "axis", None)
+        more = {} if axis is None else {"axis": turn @ axis}
+        return replace(self, position=turn @ self.position + shift, **more)
+
     @property
     def solid_angle(self) -> float:
         """Return the integral of the shape over all directions in sr: flux = I times it."""
@@ -209,6 +215,10 @@ class Directional(Source):
         """Return what is wrong with it beside its strength, as ends of sentences."""
         length = np.linalg.norm(self.direction)
         return [] if abs(length - 1.0) <= UNIT else [f"has a direction of length {length:g}, not 1"]
+
+    def moved(self, turn: np.ndarray, shift: np.ndarray) -> "Directional":
+        """Return the same light turned (3, 3) or mirrored."""
+        return replace(self, direction=turn @ self.direction)
 
     def reaching(self, points: np.ndarray, unit_m: float):
         """Return what reaches points (k, 3), see `Point.reaching`; from an infinite distance."""

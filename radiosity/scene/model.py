@@ -55,6 +55,8 @@ class Material:
         Share of the light on either side that leaves the other one, evenly: tau = pi T*.
     texture : Texture, optional
         Reflectance of each point, whose mean ``diffuse`` is.
+    absorption : (bands,) float64, optional
+        Of the clear body behind the front, in 1/m: exp(-absorption d) is left after a way d.
     bump : Bump, optional
         Relief, in scene units, seen in pictures.
     shininess : Shininess, optional
@@ -79,6 +81,7 @@ class Material:
     texture: "Texture | None" = None
     bump: "Bump | None" = None
     shininess: "Shininess | None" = None
+    absorption: np.ndarray | None = None
 
     @property
     def least_absorptance(self) -> np.ndarray:
@@ -90,6 +93,11 @@ class Material:
     def is_detailed(self) -> bool:
         """Whether a picture tells something of it that varies inside of faces."""
         return any(x is not None for x in (self.texture, self.bump, self.shininess))
+
+    @property
+    def sends_on(self) -> bool:
+        """Whether light goes on from it along single directions."""
+        return any(x is not None for x in (self.specular, self.mirror, self.transmit))
 
     @property
     def emits(self) -> bool:
@@ -193,6 +201,11 @@ class Scene:
     def __post_init__(self):
         if self.ambient is None:
             object.__setattr__(self, "ambient", np.zeros(self.bands.count))
+
+    @property
+    def sends_on(self) -> bool:
+        """Whether light goes on along single directions from any face."""
+        return any(self.materials[k].sends_on for k in np.unique(self.faces.material))
 
     @property
     def has_light(self) -> bool:

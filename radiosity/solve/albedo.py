@@ -1,4 +1,4 @@
-"""Albedo of a material under diffuse light: what it sends back, in all and evenly."""
+"""Albedo of a material under diffuse light: what it sends back evenly, and what along rays."""
 
 import numpy as np
 
@@ -6,17 +6,18 @@ from radiosity.scene.model import Material
 
 
 def reflectance_of(material: Material) -> np.ndarray:
-    """Return the (bands,) share of diffuse light that a material sends back.
+    """Return the (bands,) share of diffuse light that a material reflects evenly.
 
-    What lobes and mirrors return counts with their albedo a under diffuse light, spread evenly:
-    rho + a, or a + rho (1 - a) of what lies under a clear coat. What goes through is lost.
+    rho, or rho (1 - a) under clear coats of the albedo a: what lobes and mirrors return and what
+    goes through is followed by itself (`radiosity.transport.chains`).
     """
-    return _with(spread_evenly(material), material.specular)
+    return material.diffuse * let_in(material)
 
 
-def spread_evenly(material: Material) -> np.ndarray:
-    """Return the (bands,) reflectance of all that is spread evenly: the base under a mirror."""
-    return _with(material.diffuse, material.mirror)
+def under_mirror(material: Material) -> np.ndarray:
+    """Return the (bands,) reflectance of the base under a mirror, as a lobe upon it finds it."""
+    coats = (c for c in material.coats if c is material.mirror)
+    return material.diffuse * np.prod([1.0 - c.mean_albedo for c in coats], axis=0)
 
 
 def let_in(material: Material) -> np.ndarray | float:
@@ -24,9 +25,15 @@ def let_in(material: Material) -> np.ndarray | float:
     return np.prod([1.0 - c.mean_albedo for c in material.coats], axis=0)
 
 
-def _with(base, part):
-    if part is None:
-        return base
+def sent_on(material: Material) -> np.ndarray:
+    """Return the (bands,) share of diffuse light that goes on along single directions."""
+    lobe, below = material.specular, [material.mirror, material.transmit]
+    found = np.zeros_like(material.diffuse)
+    for part in below:
+        if part is not None:
+            found = found + part.mean_albedo
+    if lobe is None:
+        return found
     from radiosity.light.coat import is_coat, layered  # others need none of it
 
-    return layered(base, part.mean_albedo, is_coat(part))
+    return layered(found, lobe.mean_albedo, is_coat(lobe))

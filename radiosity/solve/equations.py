@@ -1,6 +1,7 @@
-"""The radiosity system B = M_e + rho F B, with what goes through translucent sheets (E7, E20)."""
+"""The radiosity system B = M_e + rho F B, with what sheets and chains add (E7, E20, E23)."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -9,6 +10,9 @@ from radiosity.mesh.elements import Elements, from_other_side
 from radiosity.solve.system import Terms
 from radiosity.transport.linear import LinearFactors
 from radiosity.transport.operator import FormFactors
+
+if TYPE_CHECKING:
+    from radiosity.transport.chains import Chains
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class Sheets:
 class System:
     """B = M_e + rho F B for m coefficients, in bands; with sheets B = M_e + (rho + tau P) F B.
 
+    With chains F + X takes the place of F.
+
     Attributes
     ----------
     factors : FormFactors or LinearFactors
@@ -61,6 +67,7 @@ class System:
     source : (m, bands) float64
         M_e, and what is reflected of the light that enters from outside.
     sheets : Sheets, optional
+    chains : Chains, optional
     """
 
     factors: FormFactors | LinearFactors
@@ -68,11 +75,19 @@ class System:
     absorptance: np.ndarray
     source: np.ndarray
     sheets: Sheets | None = None
+    chains: "Chains | None" = None
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the same matrix carries the light of all bands, and rho alone scatters it."""
+        return self.sheets is None and self.chains is None
 
     @property
     def laws(self) -> np.ndarray:
         """Return (k, bands) numbers that tell bands apart whose light is not treated alike."""
         laws = [self.reflectance, self.absorptance]
+        if self.chains is not None:
+            laws.append(self.chains.which[None].astype(float))
         if self.sheets is not None:
             laws.append(self.sheets.transmittance)
         return np.concatenate(laws)
@@ -80,12 +95,37 @@ class System:
     @property
     def margin(self) -> float:
         """Return min_i (1 - rho_i sum_j F_ij): what an error loses at least at each bounce."""
+        if self.chains is not None:
+            return self._margin_of_chains()
         loss = self.factors.loss[:, None]
         left = self.absorptance + self.reflectance * loss
         if self.sheets is not None:
             through = np.minimum(abs(self.sheets.across) @ loss, 1.0)
             left = left + self.sheets.transmittance * through
         return float(left.min(initial=1.0))
+
+    def _margin_of_chains(self) -> float:
+        """Return the margin where light arrives by way of mirrors: bounces as irradiances fade.
+
+        An error of B grows by 1 + max rho |G| / (1 - |G rho|), G = F + X, at most.
+        """
+        n, margin = len(self.factors.area), 1.0
+        matrix, area = self.factors.rows()
+        direct = np.abs(matrix[:n, :n]) / np.where(area > 0, area, 1.0)[:n, None]
+        for k in np.unique(self.chains.which):
+            g = direct + np.abs(self.chains.matrix[k, :n, :n])
+            rho = self.reflectance[:n, self.chains.which == k].max(axis=1, initial=0.0)
+            left = 1.0 - np.max(g @ rho, initial=0.0)
+            if left <= 0.0:
+                return 0.0
+            gain = 1.0 + rho.max(initial=0.0) * np.max(g.sum(axis=1), initial=0.0) / left
+            margin = min(margin, 1.0 / gain)
+        return margin
+
+    def arriving(self, b: np.ndarray) -> np.ndarray:
+        """Return the irradiances (m, bands) that radiosities cause."""
+        e = self.factors @ b
+        return e if self.chains is None else e + self.chains.arriving(b)
 
     def scattered(self, e: np.ndarray) -> np.ndarray:
         """Return what irradiances (m, bands) make patches send: reflected, and come through."""
@@ -98,11 +138,12 @@ class System:
         sheets = self.sheets and replace(
             self.sheets, transmittance=self.sheets.transmittance[:, bands]
         )
-        return System(self.factors, *parts, sheets)
+        chains = self.chains and self.chains.of_bands(bands)
+        return System(self.factors, *parts, sheets, chains)
 
     def residual(self, b: np.ndarray) -> np.ndarray:
         """Return M_e + rho F B - B."""
-        return self.source + self.scattered(self.factors @ b) - b
+        return self.source + self.scattered(self.arriving(b)) - b
 
     def bound(
         self, b: np.ndarray, residual: np.ndarray | None = None, gain: np.ndarray | None = None

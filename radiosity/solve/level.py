@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -27,8 +28,12 @@ from radiosity.transport.linear import LinearFactors, linear_factors
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
 
+if TYPE_CHECKING:
+    from radiosity.transport.chains import Chains, Tracer
+
+KEPT = 1e-6  # share of the light that a mirror absorbs: more than rounding
 LOST = 1e-9  # share of a row's light that leaves it: more than rounding
-THROUGH = "gmres", "jacobi", "direct"  # solvers that know translucent sheets
+THROUGH = "gmres", "jacobi", "direct"  # solvers that know translucent sheets and chains
 STIFF = 0.02  # margin below which an iteration would crawl: solve directly
 
 
@@ -58,6 +63,8 @@ class Level:
         The solver's error bound after each iteration.
     solver : str
         The one that was used.
+    chains, tracer : Chains, Tracer or None
+        What comes by way of mirrors, clear bodies and lobes.
     """
 
     scene: Scene
@@ -73,6 +80,8 @@ class Level:
     sheets: Sheets | None
     history: list
     solver: str
+    chains: "Chains | None" = None
+    tracer: "Tracer | None" = None
 
     @property
     def rows(self) -> np.ndarray:
@@ -94,11 +103,15 @@ class Level:
 
     @property
     def entering(self) -> np.ndarray:
-        """Return the coefficients (width m, bands) of irradiance that no patch sends."""
+        """Return the coefficients (width m, bands) of irradiance that no patch sends, at first."""
         return from_outside(self.scene, self.outside) + self.lamplight
 
     def arrived(self, coefficients: np.ndarray) -> np.ndarray:
         """Return the coefficients of the irradiance that radiosities of the live patches cause."""
+        straight = self._straight(coefficients)
+        return straight if self.chains is None else straight + self.chains.arriving(coefficients)
+
+    def _straight(self, coefficients):
         if self.senders.elements.order == 1:
             return self.factors @ coefficients
         return (self.factors @ self.on_patches(coefficients))[self.rows]
@@ -118,10 +131,10 @@ class Level:
         lights = lights_of(self.scene)
         value = self.coefficients - self._reflectance * self.lamplight
         if len(lights.polygons):
-            value = value - self.emitted - self._reflectance * self.arrived(self.emitted)
+            value = value - self.emitted - self._reflectance * self._straight(self.emitted)
         return surroundings_of(
             self.scene, self.reach, lights, self.on_patches(value), self._slopes(value),
-            self.recipe.seed, True,
+            self.recipe.seed, True, self.tracer and self.tracer.space,
         )  # fmt: skip
 
     def _slopes(self, value):
@@ -138,8 +151,15 @@ class Level:
     def escaping(self) -> np.ndarray:
         """Return (m, bands): the radiosity of each live patch that leaves the scene, W/m2."""
         if self.senders.elements.order == 1:
-            return self.factors.escaping(self.senders.elements, self.coefficients)
-        return self.coefficients * self.outside[:, None]
+            m = len(self.rows)
+            gone = self.factors.escaping(self.senders.elements, self.coefficients)
+            if self.chains is not None:
+                gone = gone + self.coefficients[:m] * self.chains.escaping[:m]
+            return gone
+        gone = self.outside[:, None]
+        if self.chains is not None:
+            gone = gone + self.chains.escaping
+        return self.coefficients * gone
 
     def gathered(
         self, points: np.ndarray, normals: np.ndarray, progress: Progress = silent
@@ -157,7 +177,17 @@ class Level:
             share, error = self._sky_at(points, normals)
             found.total[:] += np.pi * share[:, None] * self.scene.ambient
             found.error[:] += np.pi * error * self.scene.ambient
-        return found
+        return found if self.tracer is None else self._with_chains(found, points, normals)
+
+    def _with_chains(self, found, points, normals):
+        from radiosity.solve.chains import AT_POINTS, arriving_by_chains
+
+        more = arriving_by_chains(
+            self.tracer, self.coefficients, self.scene.ambient, points, normals,
+            AT_POINTS * self.recipe.chained,
+        )  # fmt: skip
+        error = np.hypot(found.error, more.error)
+        return Arrival(found.total + more.total, error, found.seen)
 
     def _sky_at(self, points, normals):
         """Return (k,) the factors from points to the outside, and (k, 1) their errors."""
@@ -229,14 +259,19 @@ def solve_level(
     lamplight = _lamplight(scene, reach, elements, len(own), constant)
     entering = from_outside(scene, outside) + lamplight
     sheets = None if terms.transmittance is None else sheets_of(terms, elements, rows)
-    spread = sheets if sheets is None or recipe.order == 1 else sheets.spread(rows, len(own))
-    system = _system(terms, factors, entering, own, elements.width, spread)
-    solver = suited(recipe.solver, system, reach.live[own])
+    tracer, chains = _chains(scene, reach, senders, recipe, constant, progress)
+    more = [x if x is None or recipe.order == 1 else x.spread(rows, len(own))
+            for x in (sheets, chains)]  # fmt: skip
+    if chains is not None:
+        entering = entering + more[1].entering(scene.ambient)
+    system = _system(terms, factors, entering, own, elements.width, *more)
+    solver = suited(recipe.solver, system, reach.live[own], _of(terms.sent_on, own))
 
     def level(b, history):
-        parts = b, factors @ b + entering, outside, lamplight
+        parts = b, system.arriving(b) + entering, outside, lamplight
         parts = parts if recipe.order == 1 else (x[rows] for x in parts)
-        return Level(scene, reach, terms, recipe, senders, factors, *parts, sheets, history, solver)
+        made = scene, reach, terms, recipe, senders, factors, *parts, sheets, history, solver
+        return Level(*made, chains, tracer)
 
     seen = None if watch is None else lambda b: watch(level(b.copy(), []))
     return level(*solve_bands(solver, system, recipe.tolerance, recipe.force, seen))
@@ -258,22 +293,43 @@ def _lamplight(scene, reach, elements, own, constant):
     return found
 
 
-def _system(terms, factors, entering, own, width, sheets) -> System:
+def _chains(scene, reach, senders, recipe, constant, progress):
+    """Return what follows light along single directions, and what it found; None where none is."""
+    if not scene.sends_on:
+        return None, None
+    from radiosity.solve.chains import chains_of, make_tracer  # others need none of it
+
+    tracer = make_tracer(
+        scene, reach, senders.elements, senders.sight.tolerance, recipe.seed
+    )
+    return tracer, chains_of(tracer, reach, recipe, constant, progress)
+
+
+def _of(values, own):
+    return None if values is None else values[own]
+
+
+def _system(terms, factors, entering, own, width, sheets, chains) -> System:
     """Return the equations of the coefficients of patches ``own``."""
     rho = np.tile(terms.reflectance[own], (width, 1))
     source = rho * entering
     if sheets is not None:
         source += sheets.passed(entering)
     source[: len(own)] += terms.emission[own]
-    return System(factors, rho, np.tile(terms.absorptance[own], (width, 1)), source, sheets)
+    absorptance = np.tile(terms.absorptance[own], (width, 1))
+    return System(factors, rho, absorptance, source, sheets, chains)
 
 
-def suited(solver, system, live):
+def suited(solver, system, live, sent_on=None):
     """Refuse rooms that nothing absorbs in; solve directly where bounces hardly fade.
 
-    Where sheets let light through, one that knows them takes the place of one that does not.
+    Where sheets or chains carry light, one that knows them takes the place of one that does not.
+    ``sent_on`` is what of diffuse light patches neither scatter nor absorb.
     """
-    if np.any(system.absorptance <= 0.0) and np.any(_never_fades(system, live)):
+    kept = system.absorptance[: len(live)]
+    if sent_on is not None:
+        kept = np.where(kept - sent_on > KEPT, kept, 0.0)
+    if np.any(kept <= 0.0) and np.any(_never_fades(system, live, kept)):
         raise SceneError(
             "materials",
             ["every lit surface has reflectance 1 in a closed scene, or in a closed part of it, "
@@ -281,20 +337,21 @@ def suited(solver, system, live):
         )  # fmt: skip
     if system.margin < STIFF:
         return "direct"
-    return "gmres" if system.sheets is not None and solver not in THROUGH else solver
+    return solver if system.is_plain or solver in THROUGH else "gmres"
 
 
-def _never_fades(system, live) -> np.ndarray:
+def _never_fades(system, live, kept) -> np.ndarray:
     """Return (parts, bands) bool: closed parts of the scene where nothing lit absorbs."""
     n = len(live)
     matrix, loss = system.factors.rows()[0][:n, :n], system.factors.loss[:n]
     linked = csr_matrix(matrix > 0)
     if system.sheets is not None:
         linked = linked + abs(system.sheets.across[:n, :n])
+    if system.chains is not None:
+        linked = linked + csr_matrix(system.chains.matrix.max(axis=0)[:n, :n] > 0)
     parts, part = connected_components(linked, directed=False)
     fades = np.zeros((parts, system.reflectance.shape[1]), bool)
-    absorbs = system.absorptance[:n] > 0.0
-    np.logical_or.at(fades, part, absorbs | (loss > LOST)[:, None])
+    np.logical_or.at(fades, part, (kept > 0.0) | (loss > LOST)[:, None])
     lit = np.zeros(parts, bool)
     lit[part[live]] = True
     return lit[:, None] & ~fades

@@ -171,13 +171,13 @@ def gmres(system: System, tolerance: float, watch: Watch | None = None):
     from scipy.sparse.linalg import LinearOperator
     from scipy.sparse.linalg import gmres as scipy_gmres
 
-    factors, source = system.factors, system.source
+    source = system.source
     b, history = source.copy(), []
     n, left = len(b), max(system.margin, 1e-12)
     for k in np.flatnonzero(source.any(axis=0)):
         band = system.of_bands(slice(k, k + 1))
         matrix = LinearOperator(
-            (n, n), lambda x, s=band: x - s.scattered(factors @ x.reshape(n, 1))[:, 0]
+            (n, n), lambda x, s=band: x - s.scattered(s.arriving(x.reshape(n, 1)))[:, 0]
         )
         scale = np.linalg.norm(source[:, k]) / (left * np.abs(source[:, k]).max())
         b[:, k], stopped = scipy_gmres(
@@ -238,7 +238,7 @@ def direct(system: System, tolerance: float, watch: Watch | None = None):
     """
     b, gain = np.empty_like(system.source), np.empty(system.source.shape[1])
     which = np.unique(system.laws, axis=1, return_inverse=True)[1].ravel()
-    reciprocal = isinstance(system.factors, FormFactors) and system.sheets is None
+    reciprocal = isinstance(system.factors, FormFactors) and system.is_plain
     careful = reciprocal and system.margin < NEAR
     eliminate = _without_subtraction if careful else _by_lapack
     for k in range(which.max() + 1):
@@ -261,6 +261,8 @@ def _by_lapack(system, source):
     sent = system.reflectance / scale * matrix
     if system.sheets is not None:
         sent += system.sheets.passed(matrix / scale)
+    if system.chains is not None:
+        sent += system.scattered(system.chains.matrix[system.chains.which[0]])
     return lu_solve(lu_factor(np.eye(len(source)) - sent), source)
 
 

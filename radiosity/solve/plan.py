@@ -16,6 +16,7 @@ AS_GOOD_AS_CAN_BE, START = 1e-3, 0.2  # accuracies that a time is spent on: last
 MOST_FACES = 400  # beyond which blockers are too many for exact shadows
 CLUSTERS_AT_UNIT_ACCURACY, FEWEST_CLUSTERS, MOST_CLUSTERS = 60.0, 500, 6000
 RAYS_AT_UNIT_ACCURACY = 1.5e5
+CHAINED_AT_UNIT_ACCURACY, CHAINED = 2.0, (6, 10)  # rays from a node; powers of 2
 # Of the accuracy: the solver's tolerance, and that of far factors where at least FADES of the light
 # is absorbed at each bounce.
 SOLVED, RULE, FADES, FINEST_RULE = 1e-5, 3e-2, 0.1, 1e-7
@@ -60,6 +61,8 @@ class Recipe:
         That look around from a point where light is exchanged between clusters.
     counted : int
         Rays that count the factors between clusters, in all.
+    chained : int
+        Rays from each node of a mesh that are followed through mirrors, clear bodies and lobes.
     force : bool
         Model everything, also what the scene does not require.
     """
@@ -72,6 +75,7 @@ class Recipe:
     seed: int = 0
     rays: int = 256
     counted: int = 0
+    chained: int = 0
     force: bool = False
 
 
@@ -162,7 +166,10 @@ def make_plan(
             "a time to take needs a mesh that can be refined: leave out --order 0, --solver cg and "
             "factors"
         )
-    recipe = Recipe(order, accuracy, rule, SOLVED * accuracy, solver, seed, force=force)
+    recipe = Recipe(
+        order, accuracy, rule, SOLVED * accuracy, solver, seed, chained=_chained(accuracy),
+        force=force,
+    )  # fmt: skip
     return Plan(accuracy, division, mesh == "auto", recipe, seconds=seconds)
 
 
@@ -192,8 +199,14 @@ def plan_of_clusters(
     rays = int(2 ** np.clip(np.ceil(np.log2(20 / accuracy)), 8, 14))
     counted = int(RAYS_AT_UNIT_ACCURACY / accuracy)
     tolerance = SOLVED * accuracy
-    recipe = Recipe(0, accuracy, 0.0, tolerance, solver, seed, rays, counted, force)
+    recipe = Recipe(
+        0, accuracy, 0.0, tolerance, solver, seed, rays, counted, _chained(accuracy), force
+    )
     return Plan(accuracy, division, True, recipe, clusters)
+
+
+def _chained(accuracy) -> int:
+    return int(2 ** np.clip(np.ceil(np.log2(CHAINED_AT_UNIT_ACCURACY / accuracy)), *CHAINED))
 
 
 def _rule(scene, accuracy) -> float:

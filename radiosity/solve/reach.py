@@ -9,7 +9,7 @@ from radiosity.mesh.division import Division
 from radiosity.mesh.facets import merge_facets
 from radiosity.mesh.patches import Patches, make_patches
 from radiosity.scene.model import Scene
-from radiosity.solve.system import lights_of, translucent
+from radiosity.solve.system import goes_through, lights_of
 from radiosity.transport.facing import settled
 from radiosity.transport.lookup import Table, make_table
 from radiosity.transport.survey import sides_that_see_out, survey
@@ -63,7 +63,7 @@ def find_reach(
     sources[:, 0] = emits[cells.face]
     if scene.ambient.any():
         sources |= sides_that_see_out(visibility, table, cells, seed)
-    through = translucent(scene).any(axis=1)[scene.faces.material[cells.face]]
+    through = goes_through(scene)[scene.faces.material[cells.face]]
     lights = lights_of(scene)
     front, back = survey(visibility, table, cells, sources, lights, seed, through).T
     patches = cells.with_backs(back)

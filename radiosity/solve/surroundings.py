@@ -1,5 +1,7 @@
 """From solved radiosities to what rays that look around meet."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from radiosity.scene.model import Scene
@@ -8,10 +10,13 @@ from radiosity.solve.system import side_reflectance, textured_sides
 from radiosity.transport.irradiance import FINER, Field, Lights, Surroundings
 from radiosity.transport.shine import shine
 
+if TYPE_CHECKING:
+    from radiosity.transport.paths import Space
+
 
 def surroundings_of(
     scene: Scene, reach: Reach, lights: Lights, value: np.ndarray, slopes: np.ndarray,
-    seed: int, finely: bool,
+    seed: int, finely: bool, space: "Space | None" = None,
 ) -> Surroundings:  # fmt: skip
     """Return lights, lit patches and the outside as rays meet them.
 
@@ -43,4 +48,4 @@ def surroundings_of(
     row[:, 1] = patches.back_of
     outside = np.pi * scene.ambient
     field = Field(row.ravel(), value, slopes, patches.centroid, outside, direct)
-    return Surroundings(reach.visibility, reach.table, field, lights)
+    return Surroundings(reach.visibility, reach.table, field, lights, space)

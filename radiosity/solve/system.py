@@ -6,7 +6,7 @@ import numpy as np
 
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Scene
-from radiosity.solve.albedo import let_in, reflectance_of
+from radiosity.solve.albedo import let_in, reflectance_of, sent_on
 from radiosity.transport.irradiance import Lights
 from radiosity.transport.lookup import make_table
 
@@ -17,6 +17,8 @@ MOST_LIGHTS = 32  # more emitting faces than this are not sampled one by one
 class Terms:
     """Per patch: reflectance, what is absorbed and emission M_e, (n, bands); dead ones are black.
 
+    What goes on along single directions is among what is absorbed; ``sent_on`` (n, bands) is its
+    share of diffuse light, None where there is none.
     ``transmittance`` (n, bands) goes through to the patch ``twin`` (n,) on the other side; both are
     None where nothing is translucent.
     """
@@ -26,6 +28,7 @@ class Terms:
     emission: np.ndarray
     transmittance: np.ndarray | None = None
     twin: np.ndarray | None = None
+    sent_on: np.ndarray | None = None
 
 
 def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:
@@ -44,10 +47,13 @@ def make_terms(scene: Scene, patches: Patches, live: np.ndarray) -> Terms:
     emission = np.pi * np.array([m.emission for m in scene.materials])[material]
     rho[~live], absorptance[~live] = 0.0, 1.0
     emission[~live | ~patches.front] = 0.0
-    through = _through(scene, patches, live)
+    through, onwards = _through(scene, patches, live), None
+    if scene.sends_on:
+        onwards = np.array([sent_on(m) for m in scene.materials])[material]
+        onwards[~live | ~(patches.front | _two_sided(scene)[material])] = 0.0
     if through is None:
-        return Terms(rho, absorptance, emission)
-    return Terms(rho, absorptance - through[0], emission, *through)
+        return Terms(rho, absorptance, emission, sent_on=onwards)
+    return Terms(rho, absorptance - through[0], emission, *through, onwards)
 
 
 def _through(scene, patches, live):
@@ -75,7 +81,7 @@ def translucent(scene: Scene) -> np.ndarray:
 def textured_sides(scene: Scene) -> np.ndarray:
     """Return (2, materials) bool: whose fronts, and whose backs, reflect as a texture tells."""
     front = np.array([m.texture is not None for m in scene.materials], bool)
-    return np.stack([front, front & np.array([m.two_sided for m in scene.materials], bool)])
+    return np.stack([front, front & _two_sided(scene)])
 
 
 def _absorptance(scene: Scene) -> np.ndarray:
@@ -89,8 +95,17 @@ def _absorptance(scene: Scene) -> np.ndarray:
 def side_reflectance(scene: Scene) -> np.ndarray:
     """Return (2, materials, bands): reflectance of the fronts and the backs of each material."""
     front = np.array([reflectance_of(m) for m in scene.materials]).reshape(-1, scene.bands.count)
-    two_sided = np.array([m.two_sided for m in scene.materials])
-    return np.stack([front, front * two_sided[:, None]])
+    return np.stack([front, front * _two_sided(scene)[:, None]])
+
+
+def _two_sided(scene):
+    return np.array([m.two_sided for m in scene.materials], bool)
+
+
+def goes_through(scene: Scene) -> np.ndarray:
+    """Return (materials,) bool: through which some light gets to the other side."""
+    clear = np.array([m.transmit is not None for m in scene.materials], bool)
+    return clear | translucent(scene).any(axis=1)
 
 
 def lights_of(scene: Scene, most: int = MOST_LIGHTS) -> Lights:

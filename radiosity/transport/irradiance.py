@@ -2,18 +2,22 @@
 
 from collections import namedtuple
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 
 from radiosity.light.sources import Light
 from radiosity.transport.borrow import borrowed
-from radiosity.transport.hemisphere import look_out
+from radiosity.transport.hemisphere import look_out, meet
 from radiosity.transport.lamps import lamp_irradiance
 from radiosity.transport.lookup import Table, cell_at
 from radiosity.transport.occlusion import seen_share
 from radiosity.transport.polygon import point_factor
 from radiosity.transport.visibility import Visibility
+
+if TYPE_CHECKING:
+    from radiosity.transport.paths import Space
 
 FINER = 4  # direct light is kept on a grid of FINER x FINER cells for each of a face's own
 
@@ -70,13 +74,17 @@ class Lights:
 class Surroundings:
     """All that is needed to find the light that arrives at a point.
 
-    ``field`` holds what patches send out beside what ``lights`` emits.
+    ``field`` holds what patches send out evenly beside what ``lights`` emits; ``space`` is there
+    where some send light on along single directions. ``even`` (bands,), W/(m2 sr), if given, comes
+    from everywhere in place of all that rays would meet.
     """
 
     visibility: Visibility
     table: Table
     field: Field
     lights: Lights
+    space: "Space | None" = None
+    even: np.ndarray | None = None
 
 
 @njit(cache=True, nogil=True)
@@ -127,12 +135,21 @@ def indirect_irradiance(around: Surroundings, points, normals, keys, samples: ra
     nearness : (k,) float64
         Mean of 1/distance to what the rays meet, in 1/scene unit.
     """
-    rays = look_out(around.visibility, around.table, points, normals, keys, samples, seed)
-    return irradiance_by(around, points, *rays)
+    met = look_out(around.visibility, around.table, points, normals, keys, samples, seed)
+    smooth, flat, nearness = irradiance_by(around, points, *met)
+    if around.space is not None:
+        from radiosity.transport.onward import irradiance_sent_on
+
+        more = irradiance_sent_on(around, points, normals, *met, keys, samples, seed)
+        smooth, flat = smooth + more, flat + more
+    return smooth, flat, nearness
 
 
 def irradiance_by(around: Surroundings, points, sides, hits):
-    """Return what `indirect_irradiance` does, by rays (k, n) that were followed before."""
+    """Return what `indirect_irradiance` does, by rays (k, n) that were followed before.
+
+    Without what surfaces send on along them.
+    """
     visibility = around.visibility
     smooth = np.zeros((len(points), len(around.field.outside)))
     flat, nearness = np.zeros_like(smooth), np.empty(len(points))
@@ -155,6 +172,35 @@ def _nearness(points, sides, hits, centre, scale, nearness):
                     d2 += d * d
                 total += 1.0 / np.sqrt(max(d2, 1e-300))
         nearness[p] = total / sides.shape[1]
+
+
+def sent_along(around: Surroundings, origins, directions, keys, samples: range, seed: int):
+    """Trace rays and return what they meet and what comes back along them.
+
+    Parameters
+    ----------
+    origins, directions : (k, 3) float32
+        In ray coordinates, those of one point after another; origins are overwritten.
+    keys : (p,) int
+        Of the points.
+    samples : range
+        What each of a point's rays stands for in their patterns: k = p len(samples).
+
+    Returns
+    -------
+    sides, hits : (k,) int, (k, 3) float32
+        See `meet`.
+    exitance : (k, bands) float64
+        W/m2, without what lights emit that a ray meets first.
+    """
+    begin = origins.copy() if around.space is not None else origins
+    sides, hits = meet(around.visibility, around.table, origins, directions)
+    found = carried(around, sides, hits)
+    if around.space is not None:
+        from radiosity.transport.onward import sent_on
+
+        found = found + sent_on(around, begin, directions, sides, hits, keys, samples, seed)
+    return sides, hits, found
 
 
 def carried(around: Surroundings, sides: np.ndarray, hits: np.ndarray) -> np.ndarray:

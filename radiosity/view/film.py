@@ -49,19 +49,19 @@ class Film:
     face: np.ndarray  # (pixels,) face and side all sight lines met, MIXED where several
     moments: np.ndarray  # (pixels, 4) of luminances: L^2, D, D^2, I^2; D = L less diffuse I/pi
     lamp: np.ndarray | None = None  # (pixels, bands + 1) of lamps seen: radiance, and how many
-    diffuse: np.ndarray | None = None  # (pixels, bands) reflectance, of scenes with textures
+    diffuse: np.ndarray | None = None  # (pixels, bands) reflectance, where it varies in a plane
 
     @classmethod
     def blank(
-        cls, width: int, height: int, bands: Bands, *, lamps: bool = False, textured: bool = False
+        cls, width: int, height: int, bands: Bands, *, lamps: bool = False, varied: bool = False
     ) -> "Film":
         """Return a film that no light has met."""
         n, b = width * height, bands.count
-        columns = b, b, 3, 4, b + 1 if lamps else 0, b if textured else 0
+        columns = b, b, 3, 4, b + 1 if lamps else 0, b if varied else 0
         total, indirect, point, moments, lamp, diffuse = (np.zeros((n, c)) for c in columns)
         return cls(
             width, height, bands, np.zeros(n, np.int64), total, indirect, point, np.zeros(n),
-            np.full(n, MIXED), moments, lamp if lamps else None, diffuse if textured else None,
+            np.full(n, MIXED), moments, lamp if lamps else None, diffuse if varied else None,
         )  # fmt: skip
 
     def add(self, pixels, plane, points, leaving, indirect, nearness, diffuse) -> None:

@@ -15,7 +15,7 @@ from radiosity.light.reflection import lambert
 from radiosity.scene.model import Camera
 from radiosity.solve.plan import check_fits
 from radiosity.solve.solution import Solution
-from radiosity.transport.hemisphere import MISS, look_out, meet
+from radiosity.transport.hemisphere import MISS, look_out
 from radiosity.transport.irradiance import direct_irradiance, irradiance_by
 from radiosity.transport.sampling import hashed, shuffled, sobol
 from radiosity.transport.threads import Progress, over_ranges, silent
@@ -26,13 +26,13 @@ from radiosity.view.effort import BUDGET, FEWEST, MOST, ROUNDS, even_enough, wor
 from radiosity.view.film import Film
 from radiosity.view.image import Image
 from radiosity.view.shading import Shading, auto_exposure, make_shading
+from radiosity.view.sightlines import Seen, first_rows
 from radiosity.view.smoothing import MIXED
 
 A_PASS = 8  # rays over a pixel's hemisphere in one pass
 LIGHT_RAYS = 4  # to each light in one pass
 PIXELS_AT_ONCE, TILES = (1024, 8192), 16  # share the work of a pass
 BYTES_A_PIXEL, BYTES_A_BAND = 250, 70  # the film, and the copies that developing it makes
-LAYERS = 16  # dark backs that a sight line from outside passes through
 
 
 def render(
@@ -126,7 +126,7 @@ def _exposures(
     bands, detail, accuracy = solution.scene.bands, shading.detail, solution.plan.accuracy
     film = Film.blank(
         *picture_size(camera, size, bands), bands, lamps=bool(shading.emission.any()),
-        textured=detail is not None and detail.textured,
+        varied=(detail is not None and detail.textured) or solution.space is not None,
     )  # fmt: skip
     every = np.arange(film.width * film.height)
 
@@ -212,61 +212,41 @@ def _add(solution, shading, camera, index, pixels, film):
     leaving[rows == MISS] = solution.surroundings.field.outside / np.pi
     k = np.flatnonzero(rows >= 0)
     if len(k):
-        leaving[k], indirect[k], nearness[k] = radiance(
-            solution, shading, rows[k], points[k], -directions[k], pixels[k], index
+        seen = _seen(
+            solution, shading, origins[k], rows[k], points[k], directions[k], pixels[k], index
         )
-        diffuse[k], plane[k] = shading.diffuse[rows[k]], shading.plane[rows[k]]
-        if film.diffuse is not None:
-            face = solution.patches.face[rows[k]]
-            diffuse[k] = shading.detail.diffuse(face, points[k], diffuse[k])
+        leaving[k], indirect[k], diffuse[k] = seen.leaving, seen.indirect, seen.diffuse
+        nearness[k], plane[k], points[k] = seen.nearness, seen.plane, seen.points
     film.add(pixels, plane, points, leaving, indirect, nearness, diffuse)
     if film.lamp is not None:
         emission = shading.emission[rows[k]]
-        seen = emission.any(axis=1)
-        film.add_lamps(pixels[k[seen]], emission[seen])
+        bright = emission.any(axis=1)
+        film.add_lamps(pixels[k[bright]], emission[bright])
 
 
-def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
-    """Follow sight lines to the first patch, from outside of the scene through dark backs.
+def _seen(solution, shading, origins, rows, points, directions, keys, index) -> Seen:
+    """Return what sight lines show, with what mirrors and clear bodies send on along them."""
+    if solution.space is None:
+        return _own(solution, shading, rows, points, -directions, keys, index)
+    from radiosity.view.coherent import with_coherent  # others need none of it
 
-    A room shows its inside to who looks at it from without; from within, what no light reaches is
-    black.
+    def own(*there):
+        return _own(solution, shading, *there)
 
-    Returns
-    -------
-    rows : (k,) int
-        Patch, -1 where the sight line leaves the scene, -2 where it ends in the dark.
-    points : (k, 3) float64
-        Where, in scene units.
-    """
-    around = solution.surroundings
-    centre, scale = around.visibility.centre, around.visibility.scale
-    start = ((origins - centre) * scale).astype(np.float32)
-    ahead = directions.astype(np.float32)
-    rows = np.full(len(start), MISS)
-    active = np.arange(len(start))
-    for _ in range(LAYERS):
-        sides, ends = meet(around.visibility, around.table, start[active], ahead[active])
-        start[active] = ends
-        row = np.where(sides >= 0, around.field.row[sides], MISS)
-        back = (sides >= 0) & (sides % 2 == 1)
-        dark = (sides >= 0) & ~back & (row < 0)
-        row[dark] = _dusk(solution, sides[dark] // 2)
-        rows[active] = row
-        active = active[back & (row < 0)]
-        within = ~around.visibility.outside((origins[active] - centre) * scale)
-        rows[active[within]] = -2
-        active = active[~within]
-        if not len(active):
-            break
-        start[active] += 2 * LIFT * ahead[active]
-    return rows, centre + start / scale
+    return with_coherent(
+        solution, shading, origins, rows, points, directions, keys, index, own
+    )
 
 
-def _dusk(solution, fronts):
-    """Return -2 for dark fronts, but themselves where they stand for a curve, which may be lit."""
-    curved = solution.scene.faces.is_curved[solution.patches.face[fronts]]
-    return np.where(curved, fronts, -2)
+def _own(solution, shading, rows, points, to_view, keys, index) -> Seen:
+    """Return what leaves points of patches towards the viewer by itself."""
+    leaving, indirect, nearness = radiance(
+        solution, shading, rows, points, to_view, keys, index
+    )
+    diffuse = shading.diffuse[rows]
+    if shading.detail is not None:
+        diffuse = shading.detail.diffuse(solution.patches.face[rows], points, diffuse)
+    return Seen(leaving, indirect, nearness, diffuse, shading.plane[rows], points)
 
 
 def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, index: int):
@@ -362,8 +342,15 @@ def _arriving(solution, points, normals, keys, looks, aims):
     """Return the indirect and the direct irradiance (k, bands), and the nearness (k,)."""
     around, seed = solution.surroundings, solution.seed
     visibility, lights = around.visibility, around.lights
-    met = look_out(visibility, around.table, points, normals, keys, looks, seed)
-    indirect, _, nearness = irradiance_by(around, points, *met)
-    indirect += contact_light(solution, points, *met, keys, looks.start)
+    if around.even is not None:
+        indirect, nearness = np.tile(np.pi * around.even, (len(points), 1)), np.zeros(len(points))
+    else:
+        met = look_out(visibility, around.table, points, normals, keys, looks, seed)
+        indirect, _, nearness = irradiance_by(around, points, *met)
+        indirect += contact_light(solution, points, *met, keys, looks.start)
+        if around.space is not None:
+            from radiosity.transport.onward import irradiance_sent_on
+
+            indirect += irradiance_sent_on(around, points, normals, *met, keys, looks, seed)
     direct = direct_irradiance(visibility, lights, points, normals, keys, aims, seed)
     return indirect, direct, nearness

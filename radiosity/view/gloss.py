@@ -11,8 +11,7 @@ from numba import njit
 
 from radiosity.light.frames import frame, to_local, to_scene
 from radiosity.transport.borrow import borrowed
-from radiosity.transport.hemisphere import meet
-from radiosity.transport.irradiance import Surroundings, carried, direct_irradiance
+from radiosity.transport.irradiance import Surroundings, direct_irradiance, sent_along
 from radiosity.transport.lamps import reaching
 from radiosity.transport.polygon import first_half, place_evenly
 from radiosity.transport.sampling import hashed, sobol
@@ -51,12 +50,23 @@ def glossy_radiance(
     frames = frame(normals)[:, None]
     view = to_local(frames, to_view[:, None])
     args = points, normals, frames, view, keys, samples, seed
-    leaving = reflected_surroundings(around, lobe, *args)
+    sampled = around.even is None and hasattr(lobe, "sample")
+    if sampled:
+        leaving = reflected_surroundings(around, lobe, *args)
+    else:
+        leaving = _evenly(around, lobe, view)
     for light in range(len(around.lights.polygons)):
-        leaving += highlight(around, lobe, light, *args)
+        leaving += highlight(around, lobe, light, *args, shared=sampled)
     for lamp in around.lights.lamps:
         leaving += glint(around, lobe, lamp, points, normals, frames, view)
     return leaving
+
+
+def _evenly(around, lobe, view):
+    """Return (k, bands) radiance of ambient light in a lobe; the seeds' raw forms reflect none."""
+    if around.even is None or not hasattr(lobe, "albedo"):
+        return np.zeros((len(view), around.lights.exitance.shape[1]))
+    return lobe.albedo(np.clip(view[:, 0, 2], 0.0, 1.0)[:, None])[:, 0] * around.even
 
 
 def glint(around, lobe, lamp, points, normals, frames, view):
@@ -157,8 +167,8 @@ def reflected_surroundings(
     lifted = (points - visibility.centre) * visibility.scale + LIFT * normals
     origins = np.repeat(lifted, len(samples), axis=0).astype(np.float32)
     directions = to_scene(frames, light).reshape(-1, 3)
-    sides, hits = meet(visibility, around.table, origins, directions.astype(np.float32))
-    exitance = carried(around, sides, hits)
+    ways = directions.astype(np.float32)
+    sides, hits, exitance = sent_along(around, origins, ways, keys, samples, seed)
     if lights and len(around.lights.polygons):
         from_points = np.repeat(points, len(samples), axis=0)
         met = _met_lights(around, from_points, directions, sides, hits, density.ravel())

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radiosity.solve.albedo import spread_evenly
+from radiosity.solve.albedo import under_mirror
 from radiosity.solve.solution import Solution
 from radiosity.view.image import exposure_for
 from radiosity.view.smoothing import MIXED
@@ -42,7 +42,7 @@ def make_shading(solution: Solution) -> Shading:
     lobe = np.where([s is None for s in lobes], -1, np.arange(len(lobes)))[material]
     two_sided = np.array([m.two_sided for m in scene.materials])[material]
     reflects = patches.front | two_sided
-    diffuse = np.array([spread_evenly(m) for m in scene.materials])[material] * reflects[:, None]
+    diffuse = np.array([under_mirror(m) for m in scene.materials])[material] * reflects[:, None]
     plane = 2 * _surfaces(scene.faces)[patches.face] + ~patches.front
     plane_diffuse = np.zeros((2 * len(scene.faces), diffuse.shape[1]))
     plane_diffuse[plane] = diffuse
@@ -56,7 +56,7 @@ def make_shading(solution: Solution) -> Shading:
     return Shading(
         solution.emission / np.pi, diffuse, np.where(reflects, lobe, -1), lobes,
         coats, plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0), detail,
-        solution.level.terms.transmittance,
+        solution.transmittance,
     )  # fmt: skip
 
 

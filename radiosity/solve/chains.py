@@ -1,0 +1,110 @@
+"""What a scene's mirrors, clear bodies and lobes carry between the elements of a mesh (E23)."""
+
+import numpy as np
+
+from radiosity.mesh.elements import Elements, make_elements, make_nodes
+from radiosity.scene.model import Scene
+from radiosity.solve.optics import make_optics
+from radiosity.solve.plan import Recipe
+from radiosity.solve.reach import Reach
+from radiosity.solve.system import lights_of, make_terms
+from radiosity.transport.aiming import make_targets
+from radiosity.transport.arrival import Arrival
+from radiosity.transport.chains import Chains, Tracer, find_chains
+from radiosity.transport.images import find_planes, make_images
+from radiosity.transport.paths import Space
+from radiosity.transport.threads import Progress, over_ranges
+from radiosity.transport.visibility import LIFT
+
+AT_POINTS = 8  # rays from a point that is asked for, to those from a node
+PARTS = 4  # that they are cast in, to tell their noise
+MOST_TARGETS = 64  # triangles that rays are aimed at, rather than all around
+KEY = 1 << 45  # tells the patterns of points from those of nodes
+RAYS_AT_ONCE = 1 << 15
+
+
+def make_tracer(
+    scene: Scene, reach: Reach, elements: Elements, tolerance: np.ndarray, seed: int
+) -> Tracer:
+    """Return what follows light back to the elements of the live patches.
+
+    ``tolerance`` (n,) is that of factors from points to elements, see `make_senders`.
+    """
+    patches, rows = reach.patches, np.flatnonzero(reach.live)
+    place = np.full(len(patches) + 1, -1)
+    place[rows] = np.arange(len(rows))
+    sides = np.stack([np.arange(patches.fronts), patches.back_of], axis=1)
+    optics = make_optics(scene, reach.table)
+    planes = find_planes(scene.faces, optics, float(np.ptp(scene.faces.vertices, (0, 1)).max()))
+    space = Space(reach.visibility, reach.table, optics, planes)
+    lights, areas = lights_of(scene), np.zeros(len(scene.faces))
+    emitted = np.zeros((len(rows), scene.bands.count))
+    if len(lights.polygons):
+        emitted = make_terms(scene, patches, reach.live).emission[rows]
+        face = patches.face[rows[emitted.any(axis=1)]]
+        areas[face] = scene.faces.areas()[face]
+    every = np.arange(len(scene.faces))
+    wanted = np.stack([space.optics.on(every, np.full(len(every), b)) for b in (0, 1)], axis=1)
+    targets = make_targets(scene.faces, reach.visibility, wanted)
+    if len(targets.face) > MOST_TARGETS:
+        targets = None
+    images = ()
+    if planes is not None:
+        images = make_images(scene.faces, planes, elements, scene.lights, tolerance)
+    made = space, elements, place[sides.ravel()], lights, emitted, areas, seed
+    return Tracer(*made, targets, images)
+
+
+def chains_of(
+    tracer: Tracer, reach: Reach, recipe: Recipe, constant: bool, progress: Progress
+) -> Chains:
+    """Return what arrives at the elements of the live patches by way of other surfaces."""
+    elements, rows = tracer.elements, np.flatnonzero(reach.live)
+    linear = elements if elements.order == 1 else make_elements(reach.patches, rows, 1)
+    found = find_chains(tracer, make_nodes(linear), recipe.chained, progress)
+    return found.without_slopes(len(rows)) if constant else found
+
+
+def arriving_by_chains(
+    tracer: Tracer, coefficients: np.ndarray, ambient: np.ndarray, points: np.ndarray,
+    normals: np.ndarray, rays: int,
+) -> Arrival:  # fmt: skip
+    """Return what arrives at points by way of other surfaces, (k, bands), and its standard error.
+
+    Parameters
+    ----------
+    coefficients : (width n, bands) float64
+        Of the radiosity of the elements.
+    ambient : (bands,) float64
+        Radiance of the outside.
+    """
+    k, bands = len(points), coefficients.shape[1]
+    parts, exact = np.zeros((PARTS, k, bands)), np.zeros((k, bands))
+    each = rays // PARTS
+
+    def work(a, b):
+        exact[a:b] = tracer.lamplight(points[a:b], normals[a:b])
+        for image in tracer.images:
+            seen = image.weights(points[a:b], normals[a:b], a, LIFT, tracer.seed)
+            exact[a:b] += image.share * (seen @ coefficients)
+        keys = KEY + np.arange(a, b)
+        for part in range(PARTS):
+            some = range(part * each, (part + 1) * each)
+            here = points[a:b], normals[a:b], keys, some
+            parts[part, a:b] = _radiosity_seen(tracer, coefficients, ambient, *here)
+
+    over_ranges(work, k, max(1, RAYS_AT_ONCE // each))
+    error = parts.std(axis=0, ddof=1) / np.sqrt(PARTS)
+    return Arrival(parts.mean(axis=0) + exact, error, np.ones(k))
+
+
+def _radiosity_seen(tracer, coefficients, ambient, points, normals, keys, samples):
+    found = np.zeros((len(points), coefficients.shape[1]))
+    rest = coefficients.copy()
+    rest[: len(tracer.emitted)] -= tracer.emitted
+    for step in tracer.paths(points, normals, keys, samples):
+        light = np.pi * tracer.straight(step)
+        if step.bounce > 0:
+            light += tracer.radiosity(step.ends, rest, ambient)
+        np.add.at(found, step.owner, step.weight * light)
+    return found

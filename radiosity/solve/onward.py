@@ -1,0 +1,108 @@
+"""What mirrors, clear bodies and lobes do with the power that arrives at them, for the balance.
+
+A patch sends on int a(theta) L cos(theta) dw of the light that arrives, a the share of each
+direction; it absorbs what it neither scatters nor sends on. Light of lamps and of the outside may
+leave the scene again without ever being scattered.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.mesh.elements import make_elements, make_nodes
+from radiosity.transport.hemisphere import meet, rays_from
+from radiosity.transport.lamps import reaching
+from radiosity.transport.paths import OPEN, Bundle, first_rays, follow
+
+RAYS, IN_ALL = 256, 1 << 18  # from a node at most, and from all together about
+KEY = 1 << 47
+
+
+@dataclass(frozen=True)
+class Onward:
+    """Power in W a band (bands,): what patches sent on, and what of it left without scattering."""
+
+    sent: np.ndarray
+    escaped: np.ndarray
+
+
+def find_onward(level) -> Onward:
+    """Return what the patches of a solved mesh with a tracer send on."""
+    tracer, patches, rows = level.tracer, level.reach.patches, level.rows
+    place = np.where(patches.front[rows], 2 * rows, 2 * patches.front_of[rows] + 1)
+    mine = np.flatnonzero(tracer.space.sends_on(place))
+    bands = level.scene.bands.count
+    if not len(mine):
+        return Onward(np.zeros(bands), np.zeros(bands))
+    nodes = make_nodes(make_elements(patches, rows[mine], 1))
+    side = place[mine][nodes.owner]
+    normals = patches.normal[rows[mine]][nodes.owner]
+    k = int(np.clip(IN_ALL // len(side), 16, RAYS))
+    found = np.zeros((2, len(side), bands))
+    _of_rays(level, nodes.points, normals, side, k, found)
+    for lamp in level.scene.lights:
+        _of_lamp(level, lamp, nodes.points, normals, side, found)
+    area = patches.area[rows[mine]] * level.scene.unit_m**2
+    fit = nodes.fit[: len(mine)]
+    return Onward(*(area @ (fit @ x) for x in found))
+
+
+def _of_rays(level, points, normals, side, count, found):
+    """Add what arrives along rays from points on sides, times what these send on of it."""
+    tracer, space, seed = level.tracer, level.tracer.space, level.recipe.seed
+    keys = KEY + np.arange(len(points))
+    origins, directions = rays_from(space.visibility, points, normals, keys, range(count), seed)
+    begin = origins.copy()
+    sides, hits = meet(space.visibility, space.table, origins, directions)
+    owner = np.repeat(np.arange(len(points)), count)
+    start = first_rays(space, sides, hits, begin, directions, owner)
+    cosine = np.clip(np.einsum("kc,kc->k", directions, normals[owner]), 0.0, 1.0)
+    share = _sent_on(space, side[owner], cosine) / count
+    keys, index = keys[owner], np.tile(np.arange(count), len(points))
+    light = tracer.radiosity(start, level.coefficients, level.scene.ambient)
+    np.add.at(found[0], owner, share * light)
+    for ends in follow(space, start, keys, index, seed):
+        light = ends.weight * tracer.radiosity(ends, level.coefficients, level.scene.ambient)
+        np.add.at(found[0], owner[ends.ray], share[ends.ray] * light)
+    out = np.flatnonzero(sides < 0)
+    if level.scene.ambient.any() and len(out):
+        light = np.pi * level.scene.ambient / count
+        left = _left(space, side[owner[out]], points[owner[out]], -directions[out], seed)
+        np.add.at(found[1], owner[out], light * left)
+
+
+def _of_lamp(level, lamp, points, normals, side, found):
+    """Add what a lamp sends to points on sides straight on."""
+    space = level.tracer.space
+    here = reaching(level.reach.visibility, lamp, points, normals, level.scene.unit_m)
+    cosine = np.clip(np.einsum("kc,kc->k", here.to_light, normals), 0.0, 1.0)
+    found[0] += _sent_on(space, side, cosine) * here.irradiance
+    k = np.flatnonzero(here.irradiance.any(axis=1))
+    left = _left(space, side[k], points[k], -here.to_light[k].astype(np.float32), level.recipe.seed)
+    found[1][k] += here.irradiance[k] * left
+
+
+def _sent_on(space, side, cosine):
+    """Return (k, bands) the share of light from some directions that sides send on."""
+    found = np.zeros((len(side), space.optics.bands))
+    for one, _, _, k in space.optics.groups(space.faces(side), side % 2):
+        found[k] = one.sent_on(cosine[k])
+    return found
+
+
+def _left(space, side, points, directions, seed):
+    """Return (k, bands) the share of light that travels to points on sides that leaves the scene.
+
+    Without being scattered on the way.
+    """
+    k, bands = len(side), space.optics.bands
+    found = np.zeros((k, bands))
+    hits = ((points - space.visibility.centre) * space.visibility.scale).astype(np.float32)
+    here = Bundle(
+        np.arange(k), side, hits, directions, np.ones((k, bands)), np.ones(k), np.full(k, OPEN),
+        np.zeros(k), np.full(k, np.inf), np.full(k, -1),
+    )  # fmt: skip
+    for ends in follow(space, here, KEY + np.arange(k), np.zeros(k, int), seed):
+        out = np.flatnonzero(ends.sides < 0)
+        np.add.at(found, ends.ray[out], ends.share[out])
+    return found

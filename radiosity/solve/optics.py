@@ -1,0 +1,48 @@
+"""From a scene's materials to what rays need that are followed along single directions."""
+
+import numpy as np
+
+from radiosity.mesh.corners import normal_between, weights
+from radiosity.scene.model import Material, Scene
+from radiosity.transport.lookup import Table, coordinates_at
+from radiosity.transport.optics import Optics, Side
+
+
+def make_optics(scene: Scene, table: Table) -> Optics:
+    """Return how the faces of a scene send light on along single directions."""
+    faces = scene.faces
+    normal = faces.normals()
+    absorption = np.zeros((len(scene.materials), scene.bands.count))
+    for k, m in enumerate(scene.materials):
+        if m.absorption is not None:
+            absorption[k] = m.absorption * scene.unit_m
+    smooth = None
+    if faces.is_curved.any():
+
+        def smooth(face, points):
+            return _between_corners(faces, table, normal, face, points)
+
+    sides = tuple(_sides_of(m) for m in scene.materials)
+    return Optics(faces.material, sides, absorption, normal, smooth)
+
+
+def _sides_of(material: Material) -> tuple[Side | None, Side | None]:
+    """Return front and back; a clear body is seen from outside and from inside."""
+    lobe, mirror, passage = material.specular, material.mirror, material.transmit
+    if lobe is None and mirror is None and passage is None:
+        return None, None
+    front = Side(lobe, mirror, passage)
+    if getattr(passage, "index", None) is not None:
+        behind = mirror.behind if mirror is not None else None
+        return front, Side(lobe, behind, passage.behind)
+    return front, front if material.two_sided else None
+
+
+def _between_corners(faces, table, normal, face, points):
+    found = normal[face]
+    k = np.flatnonzero(faces.is_curved[face])
+    if len(k):
+        st = coordinates_at(table, face[k], np.ascontiguousarray(points[k], dtype=np.float64))
+        weight = weights(st, faces.is_triangle[face[k]])
+        found[k] = normal_between(faces.corner_normals[face[k]], weight, normal[face[k]])
+    return found
