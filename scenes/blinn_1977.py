@@ -22,23 +22,18 @@ import numpy as np
 import radiosity
 from radiosity.light.blinn import Blinn
 from radiosity.light.facets import TrowbridgeReitz
-from radiosity.light.frames import frame, polar, to_local
+from radiosity.light.frames import polar
 from radiosity.light.seed_forms import SeedForm
 from radiosity.light.shadowing import v_groove
+from radiosity.light.sources import Directional
 from radiosity.light.texture import Texture
 from radiosity.light.torrance_sparrow import TorranceSparrow
-from radiosity.mesh.contact import find_contacts
-from radiosity.mesh.division import Division
-from radiosity.mesh.patches import make_patches
-from radiosity.transport.lookup import make_table
-from radiosity.transport.visibility import Visibility
-from radiosity.view.camera import basis, rays
-from radiosity.view.detail import Detail
-from radiosity.view.image import tone_map
+from radiosity.view.camera import basis
 
 HERE = Path(__file__).resolve().parent
 EDGE_ON, FRONT_ON = (0.75, 0.1, -0.9), (-0.35, 0.35, 1.0)  # to the light: right, up, to the eye
-GRID = 3  # sight lines a pixel, each way
+SAMPLES = 64  # 8 sight lines a pixel
+NIGHT = np.full(3, 1e-9)  # W/(m2 sr), for ambient light that is given is not derived
 
 
 @dataclass(frozen=True)
@@ -108,52 +103,36 @@ def _rays(place, angle):
     place.set_axis_off()
 
 
-class Seen:
-    """What the camera of a scene sees of its one surface: normals, spread of facets, directions."""
+@dataclass(frozen=True)
+class Vase:
+    """The vase of a scene, to be shaded by itself: lit from far away, without other light."""
 
-    def __init__(self, scene: radiosity.Scene, height: int):
-        """Follow ``GRID`` x ``GRID`` sight lines a pixel to the surface."""
-        (camera,) = scene.cameras.values()
-        self.size = round(height * camera.size[0] / camera.size[1]), height
-        x, y = ((np.arange(n * GRID) + 0.5) / GRID for n in self.size)
-        pixels = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        origins, directions = rays(camera, self.size, pixels)
-        found = Visibility(scene.faces)
-        start = ((origins - found.centre) * found.scale).astype(np.float32)
-        face, distance = found.first_hits(start, directions.astype(np.float32))
-        self.met = face >= 0
-        self.face = face[self.met]
-        away = distance[self.met, None] / found.scale
-        self.points = (origins + 0.0)[self.met] + away * directions[self.met]
-        own = scene.faces.normals()[self.face]
-        self.sides = -np.sign(np.einsum("kc,kc->k", own, directions[self.met]))
-        self.table, self.directions = _table_of(scene.faces), directions[self.met]
-        self.axes = np.array(basis(camera)) * [[1], [1], [-1]]  # right, up, to the eye
-        self.frames = frame(self.detail(scene).normals(self.face, self.points, self.sides))
+    scene: radiosity.Scene
+    height: int  # of pictures
 
-    def detail(self, scene: radiosity.Scene) -> Detail:
-        """Return what varies inside of the faces, of a scene with these faces."""
-        return Detail(scene, self.table)
+    def shown(self, surface: Surface, lobe, to_light, shininess=None) -> np.ndarray:
+        """Return (h, w, 3) uint8 of the vase in a surface, lit from a direction.
 
-    def shown(self, shade, to_light) -> np.ndarray:
-        """Return (h, w, 3) uint8 of ``shade(to_light, to_view)`` in the frames of the surface."""
-        light = np.asarray(to_light) / np.linalg.norm(to_light) @ self.axes
-        values = np.zeros(len(self.met))
-        here = (np.broadcast_to(light, self.directions.shape), -self.directions)
-        values[self.met] = shade(*(to_local(self.frames, d) for d in here))
-        width, height = self.size
-        grid = np.minimum(values, 1.0).reshape(height, GRID, width, GRID).mean(axis=(1, 3))
-        return tone_map(np.repeat(grid[..., None], 3, axis=2), 1.0)
+        With pi W/m2 diffuse light is p_d N.L, so what a lobe is multiplied by is divided by pi.
+        """
+        (camera,) = self.scene.cameras.values()
+        light = np.asarray(to_light) / np.linalg.norm(to_light)
+        travel = -light @ (np.array(basis(camera)) * [[1], [1], [-1]])  # right, up, to the eye
+        lamp = Directional(travel, np.full(3, np.pi))
+        share = np.full(3, surface.p_d)
+        material = replace(
+            self.scene.materials[0], diffuse=share, absorptance=1.0 - share, specular=lobe,
+            shininess=shininess,
+        )  # fmt: skip
+        size = round(self.height * camera.size[0] / camera.size[1]), self.height
+        scene = replace(self.scene, materials=(material,), lights=(lamp,), ambient=NIGHT)
+        local = radiosity.render(
+            scene, size=size, samples=SAMPLES, method="local", shadows=False
+        )  # fmt: skip
+        return replace(local, exposure=1.0).shown()
 
 
-def _table_of(faces):
-    """Return the table that finds places on faces."""
-    cells = np.where(faces.is_triangle[:, None], [1, 0], [1, 1])
-    dark = np.zeros(len(faces), bool)
-    return make_table(faces, make_patches(faces, Division(cells), find_contacts(faces, dark)))
-
-
-def materials(seen: Seen, path: Path) -> None:
+def materials(vase: Vase, path: Path) -> None:
     """Draw figures 7a and 7b: both models, lit from the edge and from the front."""
     from matplotlib.figure import Figure
 
@@ -163,42 +142,41 @@ def materials(seen: Seen, path: Path) -> None:
         for column, (light, where) in enumerate(((EDGE_ON, "edge lit"), (FRONT_ON, "front lit"))):
             models = {"Phong": surface.lobe, "Torrance-Sparrow": surface.facets}
             for k, (name, model) in enumerate(models.items()):
-
-                def shade(to_light, to_view, surface=surface, model=model):
-                    return intensity(surface, model, to_light, to_view)
-
                 place = row[2 * column + k]
-                place.imshow(seen.shown(shade, light))
+                place.imshow(vase.shown(surface, scaled(model, 1.0 / np.pi), light))
                 place.set_title(f"{surface.name}, {where}\n{name}", fontsize=9)
                 place.set_axis_off()
     figure.savefig(path, dpi=100)
 
 
-def shininess(seen: Seen, scene: radiosity.Scene, path: Path) -> None:
-    """Draw figure 8: the spread of facets told by two textures."""
+def scaled(form: SeedForm, share: float) -> SeedForm:
+    """Return a model times a number."""
+    return SeedForm(replace(form.model, reflectance=share * form.model.reflectance))
+
+
+def shininess(vase: Vase, path: Path) -> None:
+    """Draw figure 8: the spread of facets told by two textures.
+
+    The paper scales D3 by (c_min/c3)^2, so that it is 1 at its peak only where c3 is least. That is
+    the normalised form, with D3/(pi c3^2), times 4 c_min^2 for light of pi W/m2.
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(5.6, 3.9), layout="constrained", facecolor="white")
-    woven = scene.materials[0].shininess
+    woven = vase.scene.materials[0].shininess
     blots = imageio.v3.imread(HERE / "blinn_vase_blots.png")[..., None] / 255.0
-    patterns = woven, replace(woven, texture=Texture(blots))
-    for place, told in zip(figure.subplots(1, 2), patterns, strict=True):
-        material = replace(scene.materials[0], shininess=told)
-        c3 = seen.detail(replace(scene, materials=(material,))).roughness(seen.face, seen.points)
-        place.imshow(seen.shown(textured(replace(TEXTURED, c3=c3), told.minimum), FRONT_ON))
+    for place, told in zip(
+        figure.subplots(1, 2), (woven, replace(woven, texture=Texture(blots))), strict=True
+    ):
+        place.imshow(vase.shown(TEXTURED, textured(TEXTURED, told.minimum), FRONT_ON, told))
         place.set_axis_off()
     figure.savefig(path, dpi=100)
 
 
-def textured(surface: Surface, minimum: float):
-    """Return the shading of a surface whose c3 is one for each point.
-
-    The paper scales D3 by (c_min/c3)^2, so that it is 1 at its peak only where c3 is least.
-    """
-    share = (minimum / surface.c3) ** 2
-    return lambda to_light, to_view: np.maximum(to_light[..., 2], 0.0) * (
-        surface.p_d + share * surface.facets.value(to_light, to_view)[..., 0]
-    )
+def textured(surface: Surface, minimum: float) -> TorranceSparrow:
+    """Return the model of a surface whose c3 a texture tells."""
+    index, share = np.array([surface.n + 0j]), np.full(3, 4.0 * minimum**2 * surface.p_s)
+    return TorranceSparrow(TrowbridgeReitz(minimum), v_groove, index, share)
 
 
 def main() -> None:
@@ -209,9 +187,9 @@ def main() -> None:
     args = parser.parse_args()
     folder, scene = Path(args.output), radiosity.load(HERE / "blinn_vase.toml")
     lobes(folder / "blinn_lobes.png")
-    seen = Seen(scene, args.size)
-    materials(seen, folder / "blinn_materials.png")
-    shininess(seen, scene, folder / "blinn_shininess.png")
+    vase = Vase(scene, args.size)
+    materials(vase, folder / "blinn_materials.png")
+    shininess(vase, folder / "blinn_shininess.png")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 HERE = Path(__file__).resolve().parent
-RINGS, SLICES = 32, 48
+RINGS, SLICES = 24, 36
 # Radius at heights, along the profile from the foot to the lip.
 PROFILE = np.array(
     [[0.62, 0.0], [0.59, 0.1], [0.74, 0.42], [0.97, 0.85], [1.0, 1.25], [0.76, 1.8],
