@@ -138,8 +138,9 @@ def test_the_raw_forms_of_the_seed_shade_locally():
     psi = 0.2 - np.arcsin(0.6)
     expected = 0.4 * np.cos(psi) ** 10 * 5
     assert picture(scene, "local")[0, 0, 0] == pytest.approx(expected, rel=1e-4)
-    with pytest.raises(SceneError, match="has no albedo"):
-        radiosity.render(scene)
+    for method in ("gather", "raytrace"):
+        with pytest.raises(SceneError, match="has no albedo"):
+            radiosity.render(scene, method=method)
 
 
 def test_a_camera_in_glass_sees_by_ray_tracing_what_it_does_by_radiosity():

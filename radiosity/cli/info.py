@@ -116,6 +116,8 @@ def _optics(material) -> str:
     words = "".join(f"  {name}{part.summary}" for name, part in named.items() if part is not None)
     if material.translucent is not None:
         words += f"  translucent {_share(material.translucent)}"
+    if material.absorption is not None:
+        words += f"  absorbs {_share(material.absorption)} a metre"
     return words
 
 

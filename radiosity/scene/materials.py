@@ -20,25 +20,34 @@ def make_materials(
     for name, table in tables.items():
         used = name in geometry.material_names
         faces = geometry.faces.material == (geometry.material_names.index(name) if used else -1)
-        (lobe, *rest), said = _optics(name, table, palette)
+        lobe, *rest = _optics(table, palette)
         shines = any(part is not None for part in (lobe, *rest))
         diffuse, absorptance, note = _diffuse(name, table, shines, palette)
-        notes += [note, *said] if note else said
+        notes += [note] if note else []
         emission = _radiance(table.emission, float(areas[faces].sum()), palette)
         made[name] = Material(
-            name, diffuse, absorptance, emission, lobe, table.two_sided, *rest
-        )
+            name, diffuse, absorptance, emission, lobe, table.two_sided, *rest,
+            absorption=_absorption(table.absorption, palette),
+        )  # fmt: skip
     return made, notes
 
 
-def _optics(name, table, palette):
-    """Return lobe, mirror, transmission and what goes through evenly, and notes."""
+def _optics(table, palette):
+    """Return lobe, mirror, transmission and what goes through evenly."""
     if not any(getattr(table, key) for key in OPTICAL):
-        return (None,) * 4, []
-    from radiosity.scene.optics import notes_of, optics_of
+        return (None,) * 4
+    from radiosity.scene.optics import optics_of
 
-    found = optics_of(table, palette)
-    return found, notes_of(name, *found[1:3])
+    return optics_of(table, palette)
+
+
+def _absorption(given, palette):
+    """Return the absorption (bands,) in 1/m: of spectra that which leaves their mean after 1 m."""
+    if given is None or not any(given):
+        return None
+    most = max(given)  # as if of so short a way that the darkest band keeps 1/e
+    left = palette.share(tuple(np.exp(-np.array(given) / most)))
+    return -most * np.log(np.clip(left, 1e-300, 1.0))
 
 
 def _diffuse(name, table, shines, palette):

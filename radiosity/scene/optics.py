@@ -47,24 +47,6 @@ def optics_of(table: MaterialTable, palette: Palette = RGB_AS_GIVEN) -> tuple:
     return lobe, mirror, passage, through
 
 
-def notes_of(name: str, mirror, transmit) -> list[str]:
-    """Return what is to be said of a material's mirror and transmission."""
-    notes = []
-    if mirror is not None:
-        share = shown(np.round(mirror.mean_albedo, 4))
-        notes.append(
-            f'material "{name}" mirrors {share} of diffuse light: it counts as reflected '
-            "diffusely, as nothing follows it yet"
-        )
-    if transmit is not None:
-        share = shown(np.round(transmit.mean_albedo, 4))
-        notes.append(
-            f'material "{name}" lets {share} of diffuse light pass straight on: it counts as '
-            "lost, as nothing follows it yet"
-        )
-    return notes
-
-
 def optics_problems(table: dict, path: tuple) -> list[str]:
     """Return what is wrong between the optical keys of a material, and where they add up to more.
 
@@ -143,6 +125,11 @@ def _coherent_problems(table, path):
         )
     if "metal" in table and "transmit" in table:
         problems.append(f"{dotted(path)} gives metal and transmit: metals let nothing through")
+    if table.get("absorption") and not ("transmit" in table and "ior" in table):
+        problems.append(
+            f"{dotted((*path, 'absorption'))} is not used: it belongs to the inside of a clear "
+            "body, with transmit and ior"
+        )
     for key in ("ior", "metal"):
         used = isinstance(table.get("mirror"), str) or (key == "ior" and "transmit" in table)
         if key in table and not used:

@@ -92,6 +92,7 @@ TEXTURE = Picture(
     'diffuse = { texture = "wood.png" }',
 )
 INDEX = Colour(Number(1, 100, "vacuum has 1, water 1.33, glass 1.5"))
+ABSORPTION = Bands(Number(0, 1e6, "in 1/m: exp(-absorption d) is left after a way d"))
 BRIGHTEST = 1e30  # in any unit of light
 POWER = Number(0, BRIGHTEST, "light cannot be taken away, and brighter overflows")
 BANDS = Colour(POWER)
@@ -119,7 +120,9 @@ def taken_by(check: Any) -> Any:
     return Annotated[Any, BeforeValidator(check)]
 
 
-OPTICAL = "specular", "mirror", "transmit", "ior", "metal", "translucent"  # keys of materials
+OPTICAL = (  # keys of materials
+    "specular", "mirror", "transmit", "ior", "metal", "translucent", "absorption",
+)  # fmt: skip
 
 
 class StrictTable(BaseModel):
@@ -168,6 +171,7 @@ class MaterialTable(StrictTable):
     transmit: taken_by(_coherent) = None
     ior: taken_by(INDEX) = None
     metal: taken_by(_metal) = None
+    absorption: taken_by(ABSORPTION) = None
     emission: EmissionTable | None = None
 
 

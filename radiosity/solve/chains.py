@@ -7,37 +7,42 @@ from radiosity.scene.model import Scene
 from radiosity.solve.optics import make_optics
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
-from radiosity.solve.system import lights_of, make_terms
+from radiosity.solve.system import make_terms
 from radiosity.transport.aiming import make_targets
 from radiosity.transport.arrival import Arrival
-from radiosity.transport.chains import Chains, Tracer, find_chains
+from radiosity.transport.chains import Chains, Tracer, cluster_chains, find_chains
 from radiosity.transport.images import find_planes, make_images
+from radiosity.transport.irradiance import Lights
 from radiosity.transport.paths import Space
 from radiosity.transport.threads import Progress, over_ranges
 from radiosity.transport.visibility import LIFT
 
 AT_POINTS = 8  # rays from a point that is asked for, to those from a node
 PARTS = 4  # that they are cast in, to tell their noise
-MOST_TARGETS = 64  # triangles that rays are aimed at, rather than all around
+MOST_TARGETS = 2000  # triangles that rays are aimed at, rather than all around
 KEY = 1 << 45  # tells the patterns of points from those of nodes
+RAYS = 64, 1 << 12  # from a cluster, the fewest and the most
 RAYS_AT_ONCE = 1 << 15
 
 
 def make_tracer(
-    scene: Scene, reach: Reach, elements: Elements, tolerance: np.ndarray, seed: int
-) -> Tracer:
+    scene: Scene, reach: Reach, elements: Elements, tolerance: np.ndarray, seed: int,
+    lights: Lights, exactly: bool = True,
+) -> Tracer:  # fmt: skip
     """Return what follows light back to the elements of the live patches.
 
-    ``tolerance`` (n,) is that of factors from points to elements, see `make_senders`.
+    ``tolerance`` (n,) is that of factors from points to elements, see `make_senders`; ``exactly``:
+    planar mirrors not by rays.
     """
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     place = np.full(len(patches) + 1, -1)
     place[rows] = np.arange(len(rows))
     sides = np.stack([np.arange(patches.fronts), patches.back_of], axis=1)
     optics = make_optics(scene, reach.table)
-    planes = find_planes(scene.faces, optics, float(np.ptp(scene.faces.vertices, (0, 1)).max()))
+    size = float(np.ptp(scene.faces.vertices, (0, 1)).max())
+    planes = find_planes(scene.faces, optics, size) if exactly else None
     space = Space(reach.visibility, reach.table, optics, planes)
-    lights, areas = lights_of(scene), np.zeros(len(scene.faces))
+    areas = np.zeros(len(scene.faces))
     emitted = np.zeros((len(rows), scene.bands.count))
     if len(lights.polygons):
         emitted = make_terms(scene, patches, reach.live).emission[rows]
@@ -63,6 +68,17 @@ def chains_of(
     linear = elements if elements.order == 1 else make_elements(reach.patches, rows, 1)
     found = find_chains(tracer, make_nodes(linear), recipe.chained, progress)
     return found.without_slopes(len(rows)) if constant else found
+
+
+def cluster_chains_of(
+    scene: Scene, reach: Reach, recipe: Recipe, labels: np.ndarray, lights: Lights
+) -> tuple[Tracer, Chains]:
+    """Return what follows light back to live patches, and what comes so to their clusters."""
+    rows = np.flatnonzero(reach.live)
+    elements = make_elements(reach.patches, rows, 0)
+    tracer = make_tracer(scene, reach, elements, np.zeros(0), recipe.seed, lights, exactly=False)
+    rays = int(np.clip(recipe.counted // max(1, labels.max(initial=0) + 1), *RAYS))
+    return tracer, cluster_chains(tracer, reach.patches, rows, labels, rays)
 
 
 def arriving_by_chains(

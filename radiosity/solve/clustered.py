@@ -9,6 +9,7 @@ Push the same irradiance for all of its patches.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -34,6 +35,9 @@ from radiosity.transport.irradiance import (
 from radiosity.transport.lamps import lamps_on
 from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, over_ranges, silent
+
+if TYPE_CHECKING:
+    from radiosity.transport.chains import Chains, Tracer
 
 LIGHT_RAYS = 16  # to each face that emits from the middle of a patch
 MOST_LIGHTS = 512  # found by chance, more faces that emit than these would be noise
@@ -63,6 +67,8 @@ class Clustered:
         Factors of the live patches' clusters to the outside.
     half : FormFactors, optional
         Between clusters, not closed, by half of the rays.
+    chains, tracer : Chains, Tracer, optional
+        What comes to clusters by way of mirrors, clear bodies and lobes.
     """
 
     scene: Scene
@@ -80,6 +86,8 @@ class Clustered:
     history: list
     solver: str
     half: FormFactors | None = None
+    chains: "Chains | None" = None
+    tracer: "Tracer | None" = None
 
     @property
     def rows(self) -> np.ndarray:
@@ -100,7 +108,10 @@ class Clustered:
     @property
     def escaping(self) -> np.ndarray:
         """Return (m, bands): the radiosity of each live patch that leaves the scene, W/m2."""
-        return self.coefficients * self.outside[:, None]
+        gone = self.outside[:, None]
+        if self.chains is not None:
+            gone = gone + self.chains.escaping[self.labels]
+        return self.coefficients * gone
 
     @cached_property
     def surroundings(self) -> Surroundings:
@@ -111,7 +122,7 @@ class Clustered:
         flat = np.zeros((len(self.reach.patches), value.shape[1], 3))
         return surroundings_of(
             self.scene, self.reach, self.lights, self.on_patches(value), flat, self.recipe.seed,
-            False,
+            False, self.tracer and self.tracer.space,
         )  # fmt: skip
 
     def gathered(
@@ -158,8 +169,11 @@ def solve_clusters(
         for some in (range(half), range(half, 2 * half))
     )  # fmt: skip
     factors = repaired(counted_factors(one + two, area, 2 * half))
-    made = solved(scene, reach, recipe, terms, lights, labels, factors, straight, lamplight, watch)
-    return replace(made, half=counted_factors(one, area, half))
+    tracer, chains = _chains(scene, reach, recipe, labels, lights)
+    made = solved(
+        scene, reach, recipe, terms, lights, labels, factors, chains, straight, lamplight, watch
+    )
+    return replace(made, half=counted_factors(one, area, half), tracer=tracer)
 
 
 def coarser(level: Clustered, clusters: int) -> Clustered:
@@ -171,8 +185,21 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     above[level.labels[::-1]] = labels[::-1]
     above = np.unique(above, return_inverse=True)[1]
     parts = level.scene, level.reach, level.recipe, level.terms, level.lights
-    factors = repaired(level.half.grouped(above))
-    return solved(*parts, above[level.labels], factors, level.straight, level.lamplight)
+    factors, chains = repaired(level.half.grouped(above)), None
+    if level.chains is not None:
+        area = np.bincount(level.labels, patches.area[rows], n)
+        chains = level.chains.grouped(above, area)
+    made = solved(*parts, above[level.labels], factors, chains, level.straight, level.lamplight)
+    return replace(made, tracer=level.tracer)
+
+
+def _chains(scene, reach, recipe, labels, lights):
+    """Return what follows light along single directions, and what it found; None where none is."""
+    if not scene.sends_on:
+        return None, None
+    from radiosity.solve.chains import cluster_chains_of  # others need none of it
+
+    return cluster_chains_of(scene, reach, recipe, labels, lights)
 
 
 def _kinds(scene, patches, rows):
@@ -209,7 +236,7 @@ def _lamplight(reach, rows, lights):
 
 
 def solved(
-    scene, reach, recipe, terms, lights, labels, factors, straight, lamplight, watch=None
+    scene, reach, recipe, terms, lights, labels, factors, chains, straight, lamplight, watch=None
 ) -> Clustered:
     """Solve the system of clusters and send its light down to the patches.
 
@@ -222,6 +249,8 @@ def solved(
     own = 0.0 if len(lights.polygons) else emission
     outside = factors.environment[labels]
     entering = from_outside(scene, outside) + lamplight
+    if chains is not None:
+        entering = entering + chains.entering(scene.ambient)[labels]
 
     def pulled(x):
         return np.stack([np.bincount(labels, area * x[:, b], n) for b in range(x.shape[1])], axis=1)
@@ -242,14 +271,15 @@ def solved(
 
     source = mean(own + scattered(kept + entering))
     grouped = sheets and sheets.grouped(labels, area, n)
-    system = System(factors, mean(rho), mean(terms.absorptance[rows]), source, grouped)
-    solver = suited(recipe.solver, system, np.ones(n, bool))
+    system = System(factors, mean(rho), mean(terms.absorptance[rows]), source, grouped, chains)
+    onwards = None if terms.sent_on is None else mean(terms.sent_on[rows])
+    solver = suited(recipe.solver, system, np.ones(n, bool), onwards)
 
     def level(b, history):
-        e = straight + entering + (factors @ b)[labels]
+        e = straight + entering + system.arriving(b)[labels]
         return Clustered(
             scene, reach, terms, recipe, labels, factors, lights, straight, lamplight,
-            emission + scattered(e), e, outside, history, solver,
+            emission + scattered(e), e, outside, history, solver, chains=chains,
         )  # fmt: skip
 
     seen = None if watch is None else lambda b: watch(level(b, []))

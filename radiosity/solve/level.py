@@ -300,7 +300,7 @@ def _chains(scene, reach, senders, recipe, constant, progress):
     from radiosity.solve.chains import chains_of, make_tracer  # others need none of it
 
     tracer = make_tracer(
-        scene, reach, senders.elements, senders.sight.tolerance, recipe.seed
+        scene, reach, senders.elements, senders.sight.tolerance, recipe.seed, lights_of(scene)
     )
     return tracer, chains_of(tracer, reach, recipe, constant, progress)
 

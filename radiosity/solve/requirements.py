@@ -265,21 +265,21 @@ def _environment(scene, plan, reach, is_open):
 def _highlights(scene, plan, reach, is_open):
     glossy = having(scene, "specular")
     if glossy:
-        why = f"{glossy}: in pictures; between surfaces they count as diffuse"
+        why = f"{glossy}: in pictures, and between surfaces by rays"
         return Requirement("highlights", "lobes", why)
     return Requirement("highlights", "nothing", "no surface is glossy")
 
 
 def _mirrors(scene, plan, reach, is_open):
     names = having(scene, "mirror")
-    why = f"{names}: what is mirrored counts as diffuse, as nothing follows it yet"
-    return Requirement("mirrors", "diffuse", why) if names else None
+    why = f"{names}: plain ones as windows to a mirrored scene, all others by rays"
+    return Requirement("mirrors", "followed", why) if names else None
 
 
 def _passages(scene, plan, reach, is_open):
     names = having(scene, "transmit")
-    why = f"{names}: what goes through counts as lost, as nothing follows it yet"
-    return Requirement("transmission", "lost", why) if names else None
+    why = f"{names}: light goes straight on, or is refracted, along rays"
+    return Requirement("transmission", "followed", why) if names else None
 
 
 def having(scene: Scene, part: str) -> str:

@@ -64,9 +64,9 @@ def aimed_rays(
     origins, directions = np.empty((rays, 3), np.float32), np.zeros((rays, 3), np.float32)
     face, factor = np.full(rays, -1), np.zeros(rays)
     x = (points - visibility.centre) * visibility.scale
-    angles = np.empty(len(targets.face))
+    running = np.empty(len(targets.face))
     _aim(
-        x, normals, keys, samples.start, count, seed, LIFT, targets, angles, origins, directions,
+        x, normals, keys, samples.start, count, seed, LIFT, targets, running, origins, directions,
         face, factor,
     )  # fmt: skip
     return origins, directions, face, factor
@@ -74,7 +74,7 @@ def aimed_rays(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _aim(
-    points, normals, keys, first, count, seed, lift, targets, angles, origins, directions, face,
+    points, normals, keys, first, count, seed, lift, targets, running, origins, directions, face,
     factor,
 ):  # fmt: skip
     points, normals, targets = borrowed((points, normals, targets))
@@ -83,9 +83,9 @@ def _aim(
         n, total = normals[p], 0.0
         for i in range(3):
             x[i] = points[p, i] + lift * n[i]
-        for t in range(len(angles)):
-            angles[t] = _angle(x, n, targets, t, a, b, c)
-            total += angles[t]
+        for t in range(len(running)):
+            total += _angle(x, n, targets, t, a, b, c)
+            running[t] = total
         shift = hashed(keys[p], SALT, seed)
         for k in range(count):
             r = p * count + k
@@ -93,32 +93,22 @@ def _aim(
             directions[r, 0] = 1.0
             if total <= 0.0:
                 continue
-            t, u = _chosen(angles, sobol(first + k, 0, shift) * total)
+            left = sobol(first + k, 0, shift) * total
+            t = min(np.searchsorted(running, left, "right"), len(running) - 1)
+            angle = running[t] - (running[t - 1] if t > 0 else 0.0)
+            u = min((left - running[t] + angle) / angle, 1.0 - 1e-12)
             v = sobol(first + k, 1, shift >> np.uint64(32))
             _to_corners(x, targets.corners[t], a, b, c)
             weight = total
-            if angles[t] < SMALL:
+            if angle < SMALL:
                 _plane(x, targets, t, u, v, d)
-                weight *= _stretch(x, targets, t, d) / angles[t]
+                weight *= _stretch(x, targets, t, d) / angle
             else:
-                _spherical(a, b, c, u, v, angles[t], d)
+                _spherical(a, b, c, u, v, angle, d)
             cosine = d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
             directions[r, 0], directions[r, 1], directions[r, 2] = d[0], d[1], d[2]
             face[r] = targets.face[t]
             factor[r] = max(0.0, cosine) * weight / math.pi
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _chosen(angles, left):
-    """Return the triangle in which the running sum of angles passes ``left``, and where in it."""
-    last = -1
-    for t in range(len(angles)):
-        if angles[t] > 0.0:
-            last = t
-            if left < angles[t]:
-                return t, left / angles[t]
-            left -= angles[t]
-    return last, 1.0 - 1e-9
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -15,7 +15,9 @@ from numba import njit
 from scipy.sparse import csr_array
 
 from radiosity.mesh.elements import Elements, Nodes
+from radiosity.mesh.patches import Patches
 from radiosity.transport.aiming import Targets, aimed_rays
+from radiosity.transport.counting import make_beams
 from radiosity.transport.hemisphere import meet, rays_from
 from radiosity.transport.highlights import counted, in_lobes
 from radiosity.transport.images import Image
@@ -24,6 +26,7 @@ from radiosity.transport.paths import Bundle, Space, first_rays, follow
 from radiosity.transport.threads import Progress, over_ranges, silent
 
 RAYS_AT_ONCE = 1 << 15
+KEY = 1 << 48  # tells the patterns of clusters from others
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ class Tracer:
     images: tuple[Image, ...] = ()
 
     def paths(self, points, normals, keys, samples: range) -> Iterator[Step]:
-        """Yield the ends of all rays from points: first hits, then bounce by bounce.
+        """Return the ends of all rays from points: first hits, then bounce by bounce.
 
         Parameters
         ----------
@@ -101,23 +104,35 @@ class Tracer:
         samples : range
             Which points of the pattern to use; every ray stands for 1 of so many.
         """
-        space, seed = self.space, self.seed
-        owner = np.repeat(np.arange(len(points)), len(samples))
-        here = points, normals, keys, samples, seed
+        visibility, count = self.space.visibility, len(samples)
+        owner = np.repeat(np.arange(len(points)), count)
+        index = np.tile(np.asarray(samples), len(points))
+        here = points, normals, keys, samples, self.seed
         if self.targets is None:
-            origins, directions = rays_from(space.visibility, *here)
-            face, factor = None, np.full(len(owner), 1.0 / len(samples))
-        else:
-            origins, directions, face, factor = aimed_rays(space.visibility, self.targets, *here)
-            factor /= len(samples)
-        begin = origins.copy()
+            rays = rays_from(visibility, *here)
+            return self.of_rays(*rays, owner, keys[owner], index, np.full(len(owner), 1.0 / count))
+        *rays, face, factor = aimed_rays(visibility, self.targets, *here)
+        return self.of_rays(*rays, owner, keys[owner], index, factor / count, face)
+
+    def of_rays(
+        self, origins, directions, owner, keys, index, factor, face=None
+    ) -> Iterator[Step]:
+        """Yield the ends of rays, see `Step` and `paths`.
+
+        Parameters
+        ----------
+        origins, directions : (k, 3) float32
+            In ray coordinates; origins are overwritten.
+        face : (k,) int, optional
+            That each is aimed at: one that meets another face first does not count.
+        """
+        space, begin = self.space, origins.copy()
         sides, hits = meet(space.visibility, space.table, origins, directions)
         if face is not None:
             factor[(sides < 0) | (space.faces(sides) != face)] = 0.0
         good = np.flatnonzero(space.sends_on(sides) & (factor > 0.0))
         start = first_rays(space, sides, hits, begin, directions, owner).some(good)
-        keys, index = keys[owner], np.tile(np.asarray(samples), len(points))
-        steps = itertools.chain([start], follow(space, start, keys, index, seed))
+        steps = itertools.chain([start], follow(space, start, keys, index, self.seed))
         for bounce, ends in enumerate(steps):
             k = ends.ray
             yield Step(owner[k], ends, bounce, keys[k], index[k], factor[k])
@@ -189,20 +204,27 @@ class Sent:
 
 
 def sent_to(
-    tracer: Tracer, points, normals, keys, samples: range, bands: np.ndarray
-) -> Sent:
-    """Return what points get by way of surfaces that send light on; weights of some ``bands``."""
+    tracer: Tracer, steps: Iterator[Step], count: int, bands: np.ndarray,
+    labels: np.ndarray | None = None,
+) -> Sent:  # fmt: skip
+    """Return what ``count`` owners of rays get by way of surfaces that send light on.
+
+    Weights of some ``bands``, of elements, or of groups of elements that ``labels`` (n,) name.
+    """
     n, every = len(tracer.elements) * tracer.elements.width, tracer.space.optics.bands
-    weights = np.zeros((len(bands), len(points), n))
-    outside, escaping, straight = (np.zeros((len(points), every)) for _ in range(3))
-    for step in tracer.paths(points, normals, keys, samples):
+    if labels is not None:
+        n = int(labels.max(initial=-1)) + 1
+    weights = np.zeros((len(bands), count, n))
+    outside, escaping, straight = (np.zeros((count, every)) for _ in range(3))
+    for step in steps:
         owner, ends = step.owner, step.ends
         weight = step.weight
         np.add.at(straight, owner, np.pi * weight * tracer.straight(step))
         if step.bounce == 0:
             continue
         k, element, basis = tracer.places(ends)
-        _add(owner[k], element, basis, weight[k][:, bands], weights)
+        to = element if labels is None else labels[element]
+        _add(owner[k], to, basis, weight[k][:, bands], weights)
         k = np.flatnonzero(ends.sides < 0)
         np.add.at(outside, owner[k], weight[k])
         np.add.at(escaping, owner[k], step.factor[k, None] * ends.share[k])
@@ -262,6 +284,15 @@ class Chains:
             x[n:] = 0.0
         return Chains(matrix, self.which, *parts)
 
+    def grouped(self, above: np.ndarray, area: np.ndarray) -> "Chains":
+        """Return the same for groups of elements of areas (m,) and constant fields."""
+        n, k = int(above.max(initial=-1)) + 1, np.arange(len(above))
+        share = area / np.bincount(above, area, n)[above]
+        shape, one = (n, len(k)), np.ones(len(k))
+        mean, put = (csr_array((x, (above, k)), shape=shape) for x in (share, one))
+        matrix = np.stack([mean @ matrix @ put.T for matrix in self.matrix])
+        return Chains(matrix, self.which, *(mean @ x for x in self._parts))
+
     def of_bands(self, bands: np.ndarray | slice) -> "Chains":
         """Return the same for some bands."""
         return Chains(self.matrix, self.which[bands], *(x[:, bands] for x in self._parts))
@@ -284,12 +315,11 @@ def find_chains(
     tracer: Tracer, nodes: Nodes, rays: int, progress: Progress = silent
 ) -> Chains:
     """Return the extended form factors of elements, by ``rays`` from each of their nodes."""
-    laws = tracer.space.optics.laws
-    _, bands, which = np.unique(laws, axis=1, return_index=True, return_inverse=True)
+    bands, which = tracer.space.optics.different_bands()
     elements = tracer.elements
     n, width = len(elements), elements.width
     fit = nodes.fit[: width * n]
-    m, every = width * n, len(laws[0])
+    m, every = width * n, len(which)
     matrix = np.zeros((len(bands), m, m))
     parts = [np.zeros((len(nodes.points), every)) for _ in range(3)]
     first = np.searchsorted(nodes.owner, np.arange(n + 1))
@@ -301,7 +331,8 @@ def find_chains(
     def work(a, b):
         here = slice(first[a], first[b])
         keys = np.arange(first[a], first[b])
-        sent = sent_to(tracer, nodes.points[here], normal[here], keys, range(rays), bands)
+        steps = tracer.paths(nodes.points[here], normal[here], keys, range(rays))
+        sent = sent_to(tracer, steps, len(keys), bands)
         for image in tracer.images:
             seen = image.weights(nodes.points[here], normal[here], first[a], 0.0, tracer.seed)
             sent.weights[:] += image.share[bands, None, None] * seen
@@ -315,4 +346,31 @@ def find_chains(
             to[here] = found
 
     over_ranges(work, n, max(1, RAYS_AT_ONCE // (4 * rays)), "chains", progress)
-    return Chains(matrix, which.ravel(), *(fit @ x for x in parts), emitted)
+    return Chains(matrix, which, *(fit @ x for x in parts), emitted)
+
+
+def cluster_chains(
+    tracer: Tracer, patches: Patches, rows: np.ndarray, labels: np.ndarray, rays: int
+) -> Chains:
+    """Return the extended form factors between clusters of patches ``rows``, see `count_rays`.
+
+    The tracer's elements are these patches, of order 0.
+    """
+    bands, which = tracer.space.optics.different_bands()
+    clusters = make_beams(patches, rows, labels)
+    n = int(labels.max(initial=-1)) + 1
+    matrix = np.zeros((len(bands), n, n))
+    parts = [np.zeros((n, len(which))) for _ in range(4)]
+
+    def work(a, b):
+        beams = clusters.rays(tracer.space.visibility, a, b, range(rays), tracer.seed)
+        owner = np.repeat(np.arange(b - a), rays)
+        index, factor = np.tile(np.arange(rays), b - a), np.full(len(owner), 1.0 / rays)
+        steps = tracer.of_rays(*beams, owner, KEY + a + owner, index, factor)
+        sent = sent_to(tracer, steps, b - a, bands, labels)
+        matrix[:, a:b] = sent.weights
+        for to, found in zip(parts, (sent.outside, sent.escaping, sent.straight), strict=False):
+            to[a:b] = found
+
+    over_ranges(work, n, max(1, RAYS_AT_ONCE // rays), "chains")
+    return Chains(matrix, which, *parts)

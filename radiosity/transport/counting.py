@@ -4,6 +4,8 @@ Rays of cosine-distributed directions start all over a cluster, and what they me
 cost does not depend on how many patches a cluster has, and that of tracing a ray hardly.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 
@@ -44,6 +46,38 @@ def _aim(
                 d[r, c] = way[c]
 
 
+@dataclass(frozen=True)
+class Beams:
+    """Patches, sorted by clusters, from which rays start.
+
+    start (n + 1,): the first patch of each cluster; share (m,): areas summed up in each, of 1.
+    """
+
+    start: np.ndarray
+    share: np.ndarray
+    vertices: np.ndarray
+    normals: np.ndarray
+
+    def rays(self, visibility: Visibility, a: int, b: int, samples: range, seed: int):
+        """Return rays (k, 3), (k, 3) float32 from the clusters a to b - 1, ray coordinates."""
+        o = np.empty(((b - a) * len(samples), 3), np.float32)
+        d = np.empty_like(o)
+        _aim(a, b, self.start, self.share, self.vertices, self.normals, samples.start,
+             len(samples), seed, visibility.centre, visibility.scale, LIFT, o, d)  # fmt: skip
+        return o, d
+
+
+def make_beams(patches: Patches, rows: np.ndarray, labels: np.ndarray) -> Beams:
+    """Return patches ``rows`` (m,) by their clusters ``labels`` (m,)."""
+    n = int(labels.max(initial=-1)) + 1
+    order = np.argsort(labels, kind="stable")
+    area, start = patches.area[rows][order], np.searchsorted(labels[order], np.arange(n + 1))
+    whole = np.bincount(labels, patches.area[rows], n)
+    share = np.cumsum(area) - np.repeat(np.cumsum(whole) - whole, np.diff(start))
+    share /= whole[labels[order]]
+    return Beams(start, share, patches.vertices[rows][order], patches.normal[rows][order])
+
+
 def count_rays(
     patches: Patches, rows: np.ndarray, labels: np.ndarray, visibility: Visibility, table: Table,
     samples: range, seed: int = 0, progress: Progress = silent,
@@ -64,21 +98,12 @@ def count_rays(
     """
     rays = len(samples)
     n = int(labels.max(initial=-1)) + 1
-    order = np.argsort(labels, kind="stable")
-    area, start = patches.area[rows][order], np.searchsorted(labels[order], np.arange(n + 1))
-    whole = np.bincount(labels, patches.area[rows], n)
-    share = np.cumsum(area) - np.repeat(np.cumsum(whole) - whole, np.diff(start))
-    share /= whole[labels[order]]
+    beams = make_beams(patches, rows, labels)
     of_side = _cluster_of_sides(patches, rows, labels)
-    vertices, normals = patches.vertices[rows][order], patches.normal[rows][order]
     met = np.zeros((n, n + 2), np.int32)
 
     def work(a, b):
-        o = np.empty(((b - a) * rays, 3), np.float32)
-        d = np.empty_like(o)
-        _aim(a, b, start, share, vertices, normals, samples.start, rays, seed, visibility.centre,
-             visibility.scale, LIFT, o, d)  # fmt: skip
-        sides, _ = meet(visibility, table, o, d)
+        sides, _ = meet(visibility, table, *beams.rays(visibility, a, b, samples, seed))
         where = np.where(sides == MISS, n + 1, of_side[sides])
         own = np.repeat(np.arange(b - a), rays) * (n + 2)
         met[a:b] = np.bincount(own + where, minlength=(b - a) * (n + 2)).reshape(b - a, n + 2)

@@ -82,6 +82,11 @@ class Optics:
                         parts.append(np.broadcast_to(value.reshape(2, -1), (2, self.bands)))
         return np.concatenate(parts)
 
+    def different_bands(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return one band of each kind that surfaces treat alike, and the kind (bands,) of all."""
+        _, first, which = np.unique(self.laws, axis=1, return_index=True, return_inverse=True)
+        return first, which.ravel()
+
     def on(self, face: np.ndarray, back: np.ndarray) -> np.ndarray:
         """Return (k,) bool: which sides of faces send light on along single directions."""
         told = np.array([[s is not None for s in pair] for pair in self.sides], bool)

@@ -186,10 +186,13 @@ def make_stage(
     Raises
     ------
     SceneError
-        Impossible numbers, or ambient light that would never end.
+        Impossible numbers, a lobe in a raw form, but for local shading, or ambient light that would
+        never end.
     """
     scene.check()
-    tame = replace(scene, materials=tuple(map(_without_raw_lobes, scene.materials)))
+    tame = scene
+    if local:
+        tame = replace(scene, materials=tuple(map(_without_raw_lobes, scene.materials)))
     plan = make_plan(tame, accuracy, seed=seed)
     reach = find_reach(tame, plan.division, seed)
     terms = make_terms(tame, reach.patches, reach.live)
