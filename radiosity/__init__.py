@@ -32,7 +32,7 @@ _HOMES = {
     "load": "radiosity.scene.files",
     "load_factors": "radiosity.transport.store",
     "plot": "radiosity.view.window",
-    "render": "radiosity.view.gather",
+    "render": "radiosity.view.methods",
     "save": "radiosity.view.export",
     "save_factors": "radiosity.transport.store",
     "to_pyvista": "radiosity.view.polydata",

@@ -17,6 +17,8 @@ from radiosity.analytic import load_cases
 from radiosity.cli.tradeoff import row
 from radiosity.solve.tradeoff import Trial
 from radiosity.solve.verification import SUITES
+from radiosity.view.image import Image
+from radiosity.view.levels import PictureTrial
 from radiosity.view.plot import plot_tradeoff
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
@@ -182,13 +184,18 @@ def test_tradeoff_writes_a_table_and_a_plot(tmp_path):
     process = radiosity("tradeoff", BOX, "--accuracy", "0.1", "--json", cwd=tmp_path)
     assert process.returncode == 0, process.stderr
     assert (tmp_path / "box6_tradeoff.png").stat().st_size > 5000
-    found = [Trial(**t) for t in json.loads(process.stdout)["trials"]]
+    told = json.loads(process.stdout)
+    found = [Trial(**t) for t in told["trials"]]
     rows = [row(t) for t in found]
     for way in ("linear", "constant", "clusters", "cg, order 0", "everything forced"):
         assert any(r.startswith(way) for r in rows)
     best = found[0]
     assert best.way == "linear" and best.error < 0.1 and best.estimated < 0.1
-    plot_tradeoff(found, "box", tmp_path / "t.svg")
+    error = {p["way"]: p["error"] for p in told["pictures"]}
+    assert error["gather"] < 0.02 < error["local"] < error["raytrace"]
+    assert all((tmp_path / p["file"]).exists() for p in told["pictures"])
+    picture = PictureTrial("local", 0.3, 0.2, Image(np.ones((2, 2, 3))))
+    plot_tradeoff(found, "box", tmp_path / "t.svg", [picture])
     assert (tmp_path / "t.svg").read_text().startswith("<?xml")
 
 

@@ -35,6 +35,9 @@ FLOOR = [[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]
 LAMP = [[-0.5, -0.5, 2], [-0.5, 0.5, 2], [0.5, 0.5, 2], [0.5, -0.5, 2]]  # looks down
 
 
+COUNT = 400  # points whose sample patterns differ
+
+
 def reseeded(solution, seed):
     """Return the same solution with other sample patterns."""
     plan = replace(solution.plan, recipe=replace(solution.plan.recipe, seed=seed))
@@ -108,15 +111,18 @@ def test_a_small_lamp_s_highlight_is_the_lobe_times_its_irradiance():
         [FLOOR, tiny], (material("floor", 0, specular=lobe), material("lamp", 0, 1000)), [0, 1]
     )
     solution = radiosity.solve(scene, 0.2)
-    shading, view = make_shading(solution), np.array([[-1, 0, 2.0]]) / np.sqrt(5)
-    row = np.flatnonzero(solution.patches.face == 0)[:1]
-    leaving, _, _ = radiance(solution, shading, row, np.zeros((1, 3)), view, np.array([7]), 0)
+    shading, view = make_shading(solution), np.tile([-1, 0, 2.0], (COUNT, 1)) / np.sqrt(5)
+    row = np.full(COUNT, np.flatnonzero(solution.patches.face == 0)[0])
+    at = np.zeros((COUNT, 3)), view, np.arange(COUNT), 0
+    leaving, _, _ = radiance(solution, shading, row, *at)
     # Seen in the mirror direction: f = 0.5 (n + 2)/(2 pi), E = L A cos cos' / r^2.
     expected = 0.5 * 32 / (2 * np.pi) * 1000 * 1e-4 * (4 / 5) / 5
-    assert leaving[0, 0] == pytest.approx(expected, rel=1e-3)  # the lamp is 1/200 of its distance
-    aside = np.array([[1, 0, 2.0]]) / np.sqrt(5)
-    off, _, _ = radiance(solution, shading, row, np.zeros((1, 3)), aside, np.array([7]), 0)
-    assert off[0, 0] < 1e-3 * expected
+    noise = leaving[:, 0].std() / np.sqrt(COUNT)  # 1e-3: the lamp is 1/200 of its distance
+    assert abs(leaving[:, 0].mean() - expected) < 4 * noise + 1e-3 * expected
+    assert noise < 2e-3 * expected
+    at = at[0], at[1] * [-1, 1, 1], *at[2:]
+    off, _, _ = radiance(solution, shading, row, *at)
+    assert off[:, 0].mean() < 1e-3 * expected
 
 
 def test_pictures_are_repeatable_and_do_not_depend_on_threads(lamp_over_floor, monkeypatch):
@@ -164,7 +170,7 @@ def test_wrong_arguments_are_named(lamp_over_floor, options, words):
 
 def test_a_picture_beyond_the_memory_is_refused(lamp_over_floor, monkeypatch):
     monkeypatch.setattr("radiosity.solve.plan.free_memory", lambda: 1e9)
-    with pytest.raises(radiosity.Refused, match="16384 x 16384 pixels need about 67.1 GB"):
+    with pytest.raises(radiosity.Refused, match="16384 x 16384 pixels need about 123.5 GB"):
         render(lamp_over_floor, size=(16384, 16384))
 
 
@@ -174,19 +180,28 @@ def pixels_on_a_plane(size=40):
     return position, np.zeros((size, size), int), np.array([[[1.0, 0, 0], [0, 1, 0]]])
 
 
+def smooth(field, position, nearness, face, axes, spread=0.0, count=None):
+    """Return `smoothed` of a field of one band whose pixels took 4 passes, and its errors."""
+    count = np.full(face.shape, 4) if count is None else count
+    spread = np.full(face.shape, spread)
+    return smoothed(field, field[..., 0], spread, count, position, nearness, face, axes)
+
+
 def test_smoothing_keeps_a_linear_field_exactly():
     position, face, axes = pixels_on_a_plane()
     field = (3 + 0.1 * position[..., 0] - 0.05 * position[..., 1])[..., None]
     near = np.full(face.shape, 0.05)
-    np.testing.assert_allclose(smoothed(field, position, near, face, axes), field, rtol=1e-10)
+    found, error = smooth(field, position, near, face, axes)
+    np.testing.assert_allclose(found, field, rtol=1e-10)
+    assert np.all(error < 1e-6)  # nothing scatters about a plane
 
 
 def test_smoothing_lowers_noise_within_the_reach_only():
     position, face, axes = pixels_on_a_plane()
     noise = 1 + 0.1 * np.random.default_rng(0).normal(size=(*face.shape, 1))
-    wide = smoothed(noise, position, np.full(face.shape, 0.2 / 6), face, axes)
+    wide, _ = smooth(noise, position, np.full(face.shape, 0.2 / 6), face, axes)
     assert wide[8:-8, 8:-8].std() < 0.1 / 5  # about 60 pixels are averaged
-    narrow = smoothed(noise, position, np.full(face.shape, 1.0), face, axes)
+    narrow, _ = smooth(noise, position, np.full(face.shape, 1.0), face, axes)
     np.testing.assert_allclose(narrow, noise)  # nothing else lies within a fifth of a unit
 
 
@@ -196,7 +211,7 @@ def test_smoothing_stops_at_edges():
     face[:, 30:] = MIXED
     field = np.where(face == 0, 1.0, 5.0)[..., None]
     field[:, 30:] = np.random.default_rng(1).random((40, 10, 1))
-    out = smoothed(field, position, np.full(face.shape, 0.02), face, np.repeat(axes, 2, axis=0))
+    out, _ = smooth(field, position, np.full(face.shape, 0.02), face, np.repeat(axes, 2, axis=0))
     np.testing.assert_allclose(out, field, rtol=1e-12)
 
 
@@ -220,3 +235,31 @@ def test_faces_of_one_plane_and_material_are_smoothed_as_one():
     assert len(np.unique(plane[group == "ceiling"])) == 1
     assert not set(plane[group == "light"]) & set(plane[group == "ceiling"])
     assert len(np.unique(plane[group == "tall_block"])) == 5
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+def test_the_error_of_smoothed_light_is_its_scatter(uneven):
+    """Pixels of n passes scatter by sigma^2/n; the bar is what the fit's values scatter by."""
+    rng = np.random.default_rng(2)
+    position, face, axes = pixels_on_a_plane()
+    count = rng.choice([4, 64], face.shape) if uneven else np.full(face.shape, 4)
+    near = np.full(face.shape, 0.2 / 6)
+    found, bars = [], []
+    for _ in range(40):
+        noise = 1 + rng.normal(size=(*face.shape, 1)) / np.sqrt(count[..., None])
+        value, error = smooth(noise, position, near, face, axes, 1.0, count)
+        found.append(value[..., 0])
+        bars.append(error)
+    inside = np.s_[:, 8:-8, 8:-8]
+    true = np.sqrt(np.mean((np.array(found)[inside] - 1) ** 2))
+    assert np.sqrt(np.mean(np.array(bars)[inside] ** 2)) == pytest.approx(true, rel=0.05)
+
+
+def test_passes_that_scatter_more_than_pixels_lengthen_the_bars_a_little():
+    position, face, axes = pixels_on_a_plane()
+    even, near = np.ones((*face.shape, 1)), np.full(face.shape, 0.2 / 6)
+    assert np.all(smooth(even, position, near, face, axes)[1] == 0)
+    error = smooth(even, position, near, face, axes, spread=1.0)[1][20, 20]
+    alone = smooth(even, position, np.ones(face.shape), face, axes, spread=1.0)[1][20, 20]
+    assert alone == pytest.approx(0.5)  # 4 passes of variance 1, and no neighbours
+    assert 0 < error < 0.5 / 5

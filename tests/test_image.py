@@ -225,3 +225,22 @@ def test_a_closed_place_is_named(picture, tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(OSError, match=r"cannot write in folder '.*file': Not a directory"):
         write(picture, tmp_path / "file" / "a.png")
+
+
+def test_a_lamp_s_edge_is_cut_to_the_screen_before_it_is_mixed():
+    """A pixel half filled by a lamp shows half of white; the linear radiance keeps the mean."""
+    light = np.full((1, 3, 3), [[0.1], [5.05], [10.0]])
+    lamp = np.zeros((1, 3, 4))
+    lamp[0, 1], lamp[0, 2] = [5.0, 5.0, 5.0, 0.5], [10.0, 10.0, 10.0, 1.0]
+    picture = Image(light, 1.0, lamp=lamp)
+    expected = tone_map(np.array([0.1, 0.5 * 1.0 + 0.5 * 0.1, 1.0]), 1.0)
+    np.testing.assert_array_equal(picture.shown()[0, :, 0], expected)
+    np.testing.assert_array_equal(picture.pixels, light.astype(np.float32))
+    dimmed = Image(light, 0.05, lamp=lamp)  # nothing is cut, so nothing changes
+    np.testing.assert_array_equal(dimmed.shown(), Image(light, 0.05).shown())
+
+
+@pytest.mark.parametrize(("name", "shape"), [("error", (3, 2)), ("lamp", (2, 3))])
+def test_what_goes_with_pixels_has_their_shape(name, shape):
+    with pytest.raises(ValueError, match=f"{name} of shape"):
+        Image(np.ones((2, 3, 3)), **{name: np.zeros(shape)})

@@ -5,7 +5,7 @@ import pytest
 from scenes_for_tests import rotation
 from scipy.stats import qmc
 
-from radiosity.transport.sampling import cosine_direction, hashed, sobol
+from radiosity.transport.sampling import cosine_direction, hashed, shuffled, sobol
 
 
 def points(first, count, dimensions, shifts=None):
@@ -158,3 +158,27 @@ def test_extreme_samples_stay_on_the_hemisphere():
                 cosine_direction(u, v, normal, out)
                 assert np.linalg.norm(out) == pytest.approx(1.0, abs=1e-14)
                 assert out @ normal >= -1e-15
+
+
+@pytest.mark.parametrize("key", [0, 7, np.uint64(2**63 + 12345)])
+def test_shuffled_blocks_stay_blocks(key):
+    """Of any 2^k points from a multiple of 2^k on, so stretches of a sequence stay even."""
+    for bits in (1, 3, 6):
+        for block in range(4):
+            order = [shuffled((block << bits) + k, key) for k in range(1 << bits)]
+            assert len({x >> bits for x in order}) == 1
+            assert {x & ((1 << bits) - 1) for x in order} == set(range(1 << bits))
+
+
+def test_shuffled_orders_are_independent_of_the_sequence():
+    """Pairs of a point's place and its rays fill the square: in step, they would lie on lines."""
+    count = 256
+
+    def mean(order):
+        same = [(sobol(order(k), 0, 0) < 0.5) == (sobol(4 * k, 0, 0) < 0.125) for k in range(count)]
+        return np.mean(same)
+
+    assert mean(lambda k: k) in (0.0, 1.0)
+    keys = [np.uint64(hashed(k, 2, 0)) for k in range(40)]
+    means = np.array([mean(lambda k, key=key: shuffled(k, key)) for key in keys])
+    assert abs(means.mean() - 0.5) < 4 * means.std() / np.sqrt(40) + 0.01

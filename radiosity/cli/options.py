@@ -117,11 +117,12 @@ Size = Annotated[
     str | None, typer.Option("--size", metavar="WxH", help="Pixels; the camera's own by default.")
 ]
 Samples = Annotated[
-    int,
+    int | None,
     typer.Option(
-        "--samples", metavar="N", parser=at_least(1), help="Rays over the hemisphere of each pixel."
+        "--samples", metavar="N", parser=at_least(1),
+        help="Rays over the hemisphere of each pixel, instead of as many as --accuracy asks for.",
     ),
-]
+]  # fmt: skip
 
 
 def parse_size(text: str | None) -> tuple[int, int] | None:

@@ -11,6 +11,8 @@ from radiosity.cli.session import load_scene
 
 HEAD = ("way", "asked", "patches", "time s", "factors MB", "estimated", "true error")
 WIDTHS = (26, 8, 9, 9, 12, 11, 12)
+PICTURE_HEAD = ("picture by", "time s", "error, rms", "  file")
+PICTURE_WIDTHS = (26, 9, 12, 0)
 
 
 def tradeoff(
@@ -31,9 +33,10 @@ def tradeoff(
     quiet: o.Quiet = False,
     as_json: o.Json = False,
 ) -> None:
-    """Measure speed against accuracy on this machine: a table, and a log-log plot.
+    """Measure speed against accuracy on this machine: two tables, a log-log plot and pictures.
 
-    The true error is that against a solution far finer than the best that is asked.
+    The true error is that against a solution far finer than the best that is asked. Pictures of the
+    first camera by --method gather, raytrace and local are written beside the plot.
 
     Example: radiosity tradeoff scenes/cornell_box.toml --accuracy 0.01
     """
@@ -49,22 +52,51 @@ def tradeoff(
         )
     model = load_scene(scene, "auto", ambient, quiet, bands, accuracy)
     o.use_threads(threads)
-    from radiosity.solve.tradeoff import make_reference, trials
+    from radiosity.solve.tradeoff import COMPARED, make_reference, trials
+    from radiosity.view.levels import picture_trials
     from radiosity.view.plot import plot_tradeoff
 
     reference = make_reference(model, accuracy)
     remark(f"reference: {o.percent(reference.estimated)} estimated for 95 % of it", quiet)
     found = []
     if not as_json:
-        print("".join(f"{h:{'<' if k == 0 else '>'}{WIDTHS[k]}}" for k, h in enumerate(HEAD)))
+        print(_line(HEAD, WIDTHS))
     for trial in trials(model, accuracy, reference):
         found.append(trial)
         if not as_json:
             print(row(trial), flush=True)
+    pictures, files = [], []
+    for trial in picture_trials(model, max(COMPARED, accuracy), reference.solution):
+        if not as_json and not pictures:
+            print(_line(PICTURE_HEAD, PICTURE_WIDTHS))
+        pictures.append(trial)
+        files.append(_written(trial, target))
+        if not as_json:
+            print(picture_row(trial, files[-1]), flush=True)
     if as_json:
-        print(_as_json(found, reference, target))
-    plot_tradeoff(found, model.name, target)
+        print(_as_json(found, reference, target, pictures, files))
+    plot_tradeoff(found, model.name, target, pictures)
     remark(f"wrote {target}", quiet)
+
+
+def _written(trial, plot) -> str:
+    """Write the picture of a trial beside the plot and return its name."""
+    from radiosity.view.image import write
+
+    name = trial.way.replace(", ", "-").replace(" ", "-")
+    path = str(Path(plot).with_name(f"{Path(plot).stem}-{name}.png"))
+    write(trial.image, path)
+    return path
+
+
+def picture_row(trial, file: str) -> str:
+    """Return a picture's trial as one line of the table."""
+    cells = trial.way, f"{trial.seconds:.3g}", o.percent(trial.error), "  " + file
+    return _line(cells, PICTURE_WIDTHS)
+
+
+def _line(cells, widths) -> str:
+    return "".join(f"{c:{'<' if k == 0 else '>'}{widths[k]}}" for k, c in enumerate(cells))
 
 
 def row(trial) -> str:
@@ -73,13 +105,18 @@ def row(trial) -> str:
         trial.way, o.percent(trial.accuracy), str(trial.patches), f"{trial.seconds:.3g}",
         f"{trial.memory / 1e6:.3g}", o.percent(trial.estimated), o.percent(trial.error),
     )  # fmt: skip
-    return "".join(f"{c:{'<' if k == 0 else '>'}{WIDTHS[k]}}" for k, c in enumerate(cells))
+    return _line(cells, WIDTHS)
 
 
-def _as_json(found, reference, plot) -> str:
+def _as_json(found, reference, plot, pictures, files) -> str:
     import json
     from dataclasses import asdict
 
-    return json.dumps(
-        {"reference": reference.estimated, "trials": [asdict(t) for t in found], "plot": plot}
-    )
+    shown = [
+        {"way": t.way, "seconds": t.seconds, "error": t.error, "file": file}
+        for t, file in zip(pictures, files, strict=True)
+    ]
+    return json.dumps({
+        "reference": reference.estimated, "trials": [asdict(t) for t in found],
+        "pictures": shown, "plot": plot,
+    })  # fmt: skip

@@ -117,6 +117,23 @@ class FresnelPassage:
         return fresnel.transmittance(np.asarray(cosine)[..., None], self.index)
 
 
+@dataclass(frozen=True, eq=False)
+class Straight:
+    """What passes, as if both sides had one index: the share of a law, along the same line.
+
+    Attributes
+    ----------
+    passage : Constant or FresnelPassage
+    """
+
+    passage: object
+    index = None
+
+    def albedo(self, cosine):
+        """Return k_t (..., bands)."""
+        return self.passage.albedo(cosine)
+
+
 def shown_index(index) -> str:
     """Return an index of refraction in words."""
     if not np.iscomplexobj(index):

@@ -180,7 +180,7 @@ def _refuse_seed_forms(scene: Scene) -> None:
     if raw:
         raise SceneError(scene.source or scene.name, [
             f'materials.{name}.specular.convention = "seed" has no albedo: such a lobe reflects '
-            "more than arrives and serves local shading only; leave the convention out"
+            "more than arrives and serves --method local only; leave the convention out"
             for name in raw
         ])  # fmt: skip
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from radiosity.solve.level import Level
 from radiosity.solve.plan import Plan
 from radiosity.transport.irradiance import Surroundings
 from radiosity.transport.threads import Progress, silent
+
+if TYPE_CHECKING:
+    from radiosity.transport.paths import Space
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,11 @@ class Solution:
         """Return (n, bands) exitance of the patches' own in W/m2."""
         return self.level.terms.emission
 
+    @property
+    def transmittance(self) -> np.ndarray | None:
+        """Return (n, bands) what comes diffusely through patches, None where nothing does."""
+        return self.level.terms.transmittance
+
     @cached_property
     def irradiance_on(self) -> np.ndarray:
         """Return (n, bands) mean irradiance E on each patch, W/m2."""
@@ -113,6 +122,11 @@ class Solution:
     def surroundings(self) -> Surroundings:
         """Return what rays that look around meet."""
         return self.level.surroundings
+
+    @property
+    def space(self) -> "Space | None":
+        """Return what sight lines are followed through, None where nothing sends light on."""
+        return self.surroundings.space
 
     @cached_property
     def balance(self) -> Balance:

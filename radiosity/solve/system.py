@@ -117,5 +117,5 @@ def lights_of(scene: Scene, most: int = MOST_LIGHTS) -> Lights:
     exitance = np.pi * np.array([m.emission for m in scene.materials])[scene.faces.material]
     return Lights(
         scene.faces.vertices[which], scene.faces.normals()[which], exitance[which], scene.lights,
-        scene.unit_m,
+        scene.unit_m, which,
     )  # fmt: skip

@@ -54,13 +54,14 @@ class Trial:
 
 @dataclass(frozen=True)
 class Reference:
-    """A far finer solution: irradiance (k, bands) at points of all surfaces, and its own error."""
+    """A far finer ``solution``: its irradiance (k, bands) at points of all surfaces, its error."""
 
     points: np.ndarray
     normals: np.ndarray
     irradiance: np.ndarray
     scale: float
     estimated: float
+    solution: Solution
 
     def error_of(self, solution: Solution) -> float:
         """Return the 95th percentile of a solution's errors, in the norm of the accuracy."""
@@ -77,7 +78,7 @@ def make_reference(scene: Scene, accuracy: float) -> Reference:
     points, normals = _points_on(solution)
     irradiance, _ = solution.irradiance(points, normals)
     scale, reached = solution.estimate.scale, solution.estimate.reached
-    return Reference(points, normals, irradiance, scale, reached)
+    return Reference(points, normals, irradiance, scale, reached, solution)
 
 
 def _points_on(solution):

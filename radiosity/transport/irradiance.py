@@ -1,7 +1,7 @@
 """Irradiance at points: from lights exactly, from the solved patches by looking around."""
 
 from collections import namedtuple
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +9,7 @@ from numba import njit
 
 from radiosity.light.sources import Light
 from radiosity.transport.borrow import borrowed
-from radiosity.transport.hemisphere import look_out
+from radiosity.transport.hemisphere import look_out, meet
 from radiosity.transport.lamps import lamp_irradiance
 from radiosity.transport.lookup import Table, cell_at
 from radiosity.transport.occlusion import seen_share
@@ -43,6 +43,8 @@ class Lights:
     lamps : tuple of Light
     unit_m : float
         Metres a scene unit.
+    face : (l,) int
+        Of the scene, that a polygon is.
     """
 
     polygons: np.ndarray
@@ -50,15 +52,18 @@ class Lights:
     exitance: np.ndarray
     lamps: tuple[Light, ...] = ()
     unit_m: float = 1.0
+    face: np.ndarray | tuple = ()
 
     def without_lamps(self) -> "Lights":
         """Return the polygons alone."""
-        return Lights(self.polygons, self.normals, self.exitance)
+        return replace(self, lamps=())
 
     def only(self, k: int) -> "Lights":
         """Return one of the polygons alone."""
         one = slice(k, k + 1)
-        return Lights(self.polygons[one], self.normals[one], self.exitance[one])
+        return Lights(
+            self.polygons[one], self.normals[one], self.exitance[one], face=self.face[one]
+        )
 
     def __bool__(self) -> bool:
         """Whether there are any."""
@@ -70,7 +75,8 @@ class Surroundings:
     """All that is needed to find the light that arrives at a point.
 
     ``field`` holds what patches send out evenly beside what ``lights`` emits; ``space`` is there
-    where some send light on along single directions.
+    where some send light on along single directions. ``even`` (bands,), W/(m2 sr), if given, comes
+    from everywhere in place of all that rays would meet.
     """
 
     visibility: Visibility
@@ -78,6 +84,7 @@ class Surroundings:
     field: Field
     lights: Lights
     space: "Space | None" = None
+    even: np.ndarray | None = None
 
 
 @njit(cache=True, nogil=True)
@@ -128,8 +135,22 @@ def indirect_irradiance(around: Surroundings, points, normals, keys, samples: ra
     nearness : (k,) float64
         Mean of 1/distance to what the rays meet, in 1/scene unit.
     """
+    met = look_out(around.visibility, around.table, points, normals, keys, samples, seed)
+    smooth, flat, nearness = irradiance_by(around, points, *met)
+    if around.space is not None:
+        from radiosity.transport.onward import irradiance_sent_on
+
+        more = irradiance_sent_on(around, points, normals, *met, keys, samples, seed)
+        smooth, flat = smooth + more, flat + more
+    return smooth, flat, nearness
+
+
+def irradiance_by(around: Surroundings, points, sides, hits):
+    """Return what `indirect_irradiance` does, by rays (k, n) that were followed before.
+
+    Without what surfaces send on along them.
+    """
     visibility = around.visibility
-    sides, hits = look_out(visibility, around.table, points, normals, keys, samples, seed)
     smooth = np.zeros((len(points), len(around.field.outside)))
     flat, nearness = np.zeros_like(smooth), np.empty(len(points))
     _nearness(points, sides, hits, visibility.centre, visibility.scale, nearness)
@@ -151,6 +172,35 @@ def _nearness(points, sides, hits, centre, scale, nearness):
                     d2 += d * d
                 total += 1.0 / np.sqrt(max(d2, 1e-300))
         nearness[p] = total / sides.shape[1]
+
+
+def sent_along(around: Surroundings, origins, directions, keys, samples: range, seed: int):
+    """Trace rays and return what they meet and what comes back along them.
+
+    Parameters
+    ----------
+    origins, directions : (k, 3) float32
+        In ray coordinates, those of one point after another; origins are overwritten.
+    keys : (p,) int
+        Of the points.
+    samples : range
+        What each of a point's rays stands for in their patterns: k = p len(samples).
+
+    Returns
+    -------
+    sides, hits : (k,) int, (k, 3) float32
+        See `meet`.
+    exitance : (k, bands) float64
+        W/m2, without what lights emit that a ray meets first.
+    """
+    begin = origins.copy() if around.space is not None else origins
+    sides, hits = meet(around.visibility, around.table, origins, directions)
+    found = carried(around, sides, hits)
+    if around.space is not None:
+        from radiosity.transport.onward import sent_on
+
+        found = found + sent_on(around, begin, directions, sides, hits, keys, samples, seed)
+    return sides, hits, found
 
 
 def carried(around: Surroundings, sides: np.ndarray, hits: np.ndarray) -> np.ndarray:

@@ -28,6 +28,7 @@ DEPTH, LEAST = 24, 1e-3
 SALT = 1 << 44  # tells the patterns of lobes from others
 OPEN = -1  # the medium of rays in none
 UNIT = 2.0**-53
+AROUND, GOLDEN = 256, np.pi * (3.0 - np.sqrt(5.0))  # rays to all sides, turned by this angle each
 
 
 @dataclass(frozen=True)
@@ -126,20 +127,54 @@ def first_rays(
     groups : (k,) int
         Rays of one number begin in one place, and so in one medium.
     """
-    bands, k = space.optics.bands, len(sides)
     medium = _media(space, sides, groups)
+    return rays_within(space, sides, hits, origins, directions, medium)
+
+
+def rays_within(
+    space: Space, sides: np.ndarray, hits: np.ndarray, origins: np.ndarray, directions: np.ndarray,
+    medium: np.ndarray,
+) -> Bundle:  # fmt: skip
+    """Return rays as `first_rays` does that begin in media (k,) which are known."""
+    k = len(sides)
     way = np.linalg.norm(hits - origins, axis=1)
     made = Bundle(
-        np.arange(k), sides, hits, directions, np.ones((k, bands)), np.ones(k), medium, way,
-        np.full(k, np.inf), np.zeros(k, int),
+        np.arange(k), sides, hits, directions, np.ones((k, space.optics.bands)), np.ones(k), medium,
+        way, np.full(k, np.inf), np.zeros(k, int),
     )  # fmt: skip
     return _dimmed(space, made)
+
+
+def medium_at(space: Space, point: np.ndarray) -> int:
+    """Return the medium that a point (3,), scene units, lies in: `OPEN`, or a material's inside.
+
+    It is told by the clear surfaces that rays to all sides meet first, most of them from inside.
+    """
+    if not _clear(space.optics).any():
+        return OPEN
+    k = np.arange(AROUND) + 0.5
+    z, phi = 1.0 - 2.0 * k / AROUND, GOLDEN * k
+    r = np.sqrt(1.0 - z * z)
+    directions = np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1).astype(np.float32)
+    start = (point - space.visibility.centre) * space.visibility.scale
+    origins = np.tile(start.astype(np.float32), (AROUND, 1))
+    sides, _ = meet(space.visibility, space.table, origins, directions)
+    sides = sides[sides >= 0]
+    material = space.optics.material[space.faces(sides)]
+    told = np.where(sides % 2 == 1, material, OPEN)[_clear(space.optics)[material]]
+    found, votes = np.unique(told, return_counts=True)
+    return int(found[np.argmax(votes)]) if len(found) else OPEN
+
+
+def _clear(optics):
+    """Return (materials,) bool: which bend light on its way into a body."""
+    return np.array([any(s and s.index is not None for s in pair) for pair in optics.sides])
 
 
 def _media(space, sides, groups):
     """Return (k,) the medium that rays begin in: what the clear surfaces tell that they meet."""
     optics = space.optics
-    clear = np.array([any(s and s.index is not None for s in pair) for pair in optics.sides])
+    clear = _clear(optics)
     medium = np.full(len(sides), OPEN)
     if not clear.any():
         return medium
@@ -192,15 +227,16 @@ def _dimmed(space, rays):
     if not len(k):
         return rays
     rate = space.optics.absorption[rays.medium[k]] / space.visibility.scale
-    far = np.where(rays.sides[k] >= 0, rays.way[k], np.inf)[:, None]
+    depth = np.where(rays.sides[k] >= 0, rays.way[k], np.finfo(float).max)[:, None]
     share = rays.share.copy()
-    share[k] *= np.exp(-np.where(rate > 0.0, rate * far, 0.0))
+    with np.errstate(over="ignore"):  # of what never ends nothing is left
+        share[k] *= np.exp(-rate * depth)
     return replace(rays, share=share)
 
 
 def _kept(rays, origins, least):
     """Return the rays that carry enough, with where they begin in place of where they ended."""
-    k = np.flatnonzero(rays.weight.max(axis=1, initial=0.0) > least)
+    k = np.flatnonzero(rays.share.max(axis=1, initial=0.0) > least)
     return replace(rays.some(k), hits=origins[k].astype(np.float32))
 
 
@@ -230,9 +266,9 @@ def _sent_on(space, rays, keys, index, bounce, seed, lobes):
                 density=np.full(len(k), np.inf), state=space.after(mine),
             ), above  # fmt: skip
         if side.passage is not None:
-            below = mine.hits - LIFT * flat[k]
-            for passed in _passed(side, material, inside, mine, n, cosine, under):
-                yield passed, below
+            below = replace(mine, hits=mine.hits - LIFT * flat[k])
+            for passed in _passed(side, material, inside, below, n, cosine, under):
+                yield passed, passed.hits  # not all pass
 
 
 def _towards(normals, flat, directions):

@@ -1,7 +1,8 @@
 """Sample points that are even, repeatable and the same for any number of threads.
 
 Sobol points in four dimensions, shifted digit by digit with a hash of what is sampled
-(Sobol 1967; direction numbers of Joe & Kuo 2008).
+(Sobol 1967; direction numbers of Joe & Kuo 2008). What needs more dimensions takes further points
+in an order of their own (Burley 2020, "Practical hash-based Owen scrambling").
 """
 
 import math
@@ -49,6 +50,31 @@ def hashed(a, b, c):
 def sobol(index, dimension, shift):
     """Coordinate of one Sobol point in [0, 1), its digits shifted by 32 bits of ``shift``."""
     return shifted(_digits(index, dimension), shift)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def shuffled(index, key):
+    """Return where a point comes in an order hashed from a key, below 2^32.
+
+    Any 2^k points from a multiple of 2^k on are such points again, so still even (Laine & Karras
+    2011, "Stratified sampling for stochastic transparency"; constants of Burley 2020). By its order
+    a sequence is independent of others that count along with it.
+    """
+    x = _reversed(np.uint64(index)) + (np.uint64(key) & np.uint64(0xFFFFFFFF))
+    for factor in (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6):
+        x ^= x * np.uint64(factor)
+        x &= np.uint64(0xFFFFFFFF)
+    return np.int64(_reversed(x))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _reversed(x):
+    """Return 32 bits in reverse."""
+    y = np.uint64(0)
+    for _ in range(BITS):
+        y = (y << np.uint64(1)) | (x & np.uint64(1))
+        x >>= np.uint64(1)
+    return y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

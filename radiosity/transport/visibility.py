@@ -133,6 +133,19 @@ class Visibility:
         return lambda origins, directions: _first_hits(scene, face, origins, directions)
 
 
+class Unobstructed(Visibility):
+    """The same faces, met by rays, with nothing in the way of light: without shadows."""
+
+    def __init__(self, visibility: Visibility):
+        """Take over what is known of the faces."""
+        self.__dict__.update(visibility.__dict__)
+
+    def blocked(self, origins: np.ndarray, spans: np.ndarray) -> np.ndarray:
+        """Return (k,) bool, all False; see `Visibility.blocked`."""
+        _check(origins, spans)
+        return np.zeros(len(origins), bool)
+
+
 def _scene_of(triangles):
     """Return Embree's scene of triangles (t, 3, 3) float32."""
     from embreex.mesh_construction import TriangleMesh

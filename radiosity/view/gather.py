@@ -2,7 +2,7 @@
 
 A pass adds one jittered sight line a pixel, a few rays to every light and some over the
 hemisphere. The mean over the passes is the picture, its indirect light smoothed between pixels, so
-a window can show each as it comes.
+a window can show each as it comes. Pixels whose error is still too large then get more passes.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,23 +15,24 @@ from radiosity.light.reflection import lambert
 from radiosity.scene.model import Camera
 from radiosity.solve.plan import check_fits
 from radiosity.solve.solution import Solution
-from radiosity.transport.hemisphere import MISS, meet
-from radiosity.transport.irradiance import direct_irradiance, indirect_irradiance
-from radiosity.transport.sampling import hashed, sobol
+from radiosity.transport.hemisphere import MISS, look_out
+from radiosity.transport.irradiance import direct_irradiance, irradiance_by
+from radiosity.transport.sampling import hashed, shuffled, sobol
 from radiosity.transport.threads import Progress, over_ranges, silent
 from radiosity.transport.visibility import LIFT
 from radiosity.view.camera import rays
+from radiosity.view.contact import contact_light
+from radiosity.view.effort import BUDGET, FEWEST, MOST, ROUNDS, even_enough, worth_more
 from radiosity.view.film import Film
 from radiosity.view.image import Image
 from radiosity.view.shading import Shading, auto_exposure, make_shading
+from radiosity.view.sightlines import Seen, first_rows
 from radiosity.view.smoothing import MIXED
 
-SAMPLES = 128  # rays over a pixel's hemisphere by default
-A_PASS = 8  # of them in one pass
+A_PASS = 8  # rays over a pixel's hemisphere in one pass
 LIGHT_RAYS = 4  # to each light in one pass
-PIXELS_AT_ONCE = 8192
-BYTES_A_PIXEL, BYTES_A_BAND = 70, 60  # the film, and the copies that developing it makes
-LAYERS = 16  # unmodelled backs that a sight line passes through
+PIXELS_AT_ONCE, TILES = (1024, 8192), 16  # share the work of a pass
+BYTES_A_PIXEL, BYTES_A_BAND = 250, 70  # the film, and the copies that developing it makes
 
 
 def render(
@@ -39,7 +40,7 @@ def render(
     camera: Camera | str | None = None,
     *,
     size: tuple[int, int] | None = None,
-    samples: int = SAMPLES,
+    samples: int | None = None,
     progress: Progress = silent,
 ) -> Image:
     """Gather a camera's picture.
@@ -51,13 +52,15 @@ def render(
         One of the scene's by name; its first by default.
     size : (w, h), optional
         Pixels, instead of the camera's own.
-    samples : int
-        Rays over each pixel's hemisphere.
+    samples : int, optional
+        Rays over each pixel's hemisphere, in passes of 8 with a sight line each. If not given, the
+        accuracy of the solution decides, pixel by pixel: see `radiosity.view.effort`.
 
     Returns
     -------
     Image
-        (h, w, 3) radiance in W/(m2 sr), with the solution's automatic exposure.
+        (h, w, 3) radiance in W/(m2 sr), with the solution's automatic exposure and, of two passes
+        or more, its standard error.
 
     Raises
     ------
@@ -73,15 +76,18 @@ def render(
     """
     total = pass_count(samples)
     shading = make_shading(solution)
-    exposures = _exposures(solution, shading, camera, size, total)
-    for done in range(1, total + 1):
-        film = next(exposures)
-        progress("final gather", done, total)
-    return _picture(film, total, shading, solution, auto_exposure(solution))
+    exposures = _exposures(solution, shading, camera, size, samples)
+    film, done = next(exposures), 1
+    for done, _ in enumerate(exposures, 2):
+        progress("final gather", done, max(total, done + 1))
+    progress("final gather", done, done)
+    return _picture(film, shading, solution, auto_exposure(solution))
 
 
-def pass_count(samples: int) -> int:
-    """Return how many passes so many rays a pixel take."""
+def pass_count(samples: int | None) -> int:
+    """Return how many pictures `passes` yields for so many rays a pixel; for None usually."""
+    if samples is None:
+        return FEWEST + ROUNDS
     if not 1 <= samples <= 1 << 20:
         raise ValueError(f"samples = {samples} must lie between 1 and 1048576 rays a pixel")
     return -(-samples // A_PASS)
@@ -92,38 +98,63 @@ def passes(
     camera: Camera | str | None = None,
     *,
     size: tuple[int, int] | None = None,
-    samples: int = SAMPLES,
+    samples: int | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Iterator[Image]:
-    """Yield the picture as it grows, after each pass; the last one is `render`'s.
+    """Yield the picture as it grows, after each pass or round of them; the last one is `render`'s.
 
     Ends early, within a fraction of a pass, once ``stop()`` is true.
     """
     shading, exposure = make_shading(solution), auto_exposure(solution)
-    films = _exposures(solution, shading, camera, size, pass_count(samples), stop)
-    for done, film in enumerate(films, 1):
-        yield _picture(film, done, shading, solution, exposure)
+    for film in _exposures(solution, shading, camera, size, samples, stop):
+        yield _picture(film, shading, solution, exposure)
 
 
-def _picture(film, done, shading, solution, exposure) -> Image:
-    return Image(solution.scene.bands.to_rgb(film.developed(done, shading)), exposure)
+def _picture(film, shading, solution, exposure) -> Image:
+    bands, found = solution.scene.bands, film.developed(shading)
+    lamp = found.lamp
+    if lamp is not None:
+        lamp = np.concatenate([bands.to_rgb(lamp[..., :-1]), lamp[..., -1:]], axis=2)
+    return Image(bands.to_rgb(found.radiance), exposure, found.error, lamp)
 
 
-def _exposures(solution, shading, camera, size, count, stop=lambda: False) -> Iterator[Film]:
-    """Yield one film, exposed by one more pass each time, until all are done or ``stop()``."""
+def _exposures(
+    solution, shading, camera, size, samples, stop=lambda: False
+) -> Iterator[Film]:  # fmt: skip
+    """Yield one film, exposed by one more pass or round each time, until done or ``stop()``."""
     camera = find_camera(solution.scene, camera)
-    bands, detail = solution.scene.bands, shading.detail
-    width, height = picture_size(camera, size, bands)
-    film = Film.blank(width, height, bands.count, detail is not None and detail.textured)
-    for index in range(count):
+    bands, detail, accuracy = solution.scene.bands, shading.detail, solution.plan.accuracy
+    film = Film.blank(
+        *picture_size(camera, size, bands), bands, lamps=bool(shading.emission.any()),
+        varied=(detail is not None and detail.textured) or solution.space is not None,
+    )  # fmt: skip
+    every = np.arange(film.width * film.height)
 
-        def expose(a, b, index=index):
-            if not stop():
-                _add(solution, shading, camera, index, a, b, film)
+    def expose(pixels, done, count):
+        def tile(a, b):
+            for index in range(done, done + count):
+                if not stop():
+                    _add(solution, shading, camera, index, pixels[a:b], film)
 
-        over_ranges(expose, width * height, PIXELS_AT_ONCE)
-        if stop():
+        over_ranges(tile, len(pixels), int(np.clip(len(pixels) // TILES, *PIXELS_AT_ONCE)))
+        return not stop()
+
+    done, enough = 0, FEWEST if samples is None else pass_count(samples)
+    while done < enough:
+        if not expose(every, done, 1):
             return
+        yield film
+        done += 1
+        if samples is None and done == enough < MOST:
+            even = even_enough(film, film.developed(shading), accuracy)
+            enough = done if even else 2 * done
+    pixels = every
+    for level in range(ROUNDS if samples is None else 0):
+        most = int(BUDGET * len(every)) >> level
+        pixels = worth_more(film, pixels, film.developed(shading), accuracy, most)
+        if not len(pixels) or not expose(pixels, done, done):
+            return
+        done *= 2
         yield film
 
 
@@ -161,71 +192,61 @@ def picture_size(camera: Camera, size: tuple[int, int] | None, bands: Bands) -> 
 
 
 @njit(cache=True, nogil=True)
-def _jitter(first, width, index, seed, xy):
+def _jitter(pixels, width, index, seed, xy):
     for k in range(len(xy)):
-        shift = hashed(first + k, 1, seed)
-        xy[k, 0] = (first + k) % width + sobol(index, 0, shift)
-        xy[k, 1] = (first + k) // width + sobol(index, 1, shift >> np.uint64(32))
+        shift = hashed(pixels[k], 1, seed)
+        # In an order of their own, or where a pixel looks would decide where its rays go.
+        order = shuffled(index, hashed(pixels[k], 2, seed))
+        xy[k, 0] = pixels[k] % width + sobol(order, 0, shift)
+        xy[k, 1] = pixels[k] // width + sobol(order, 1, shift >> np.uint64(32))
 
 
-def _add(solution, shading, camera, index, a, b, film):
-    """Add one pass's light to the pixels a to b - 1."""
-    xy = np.empty((b - a, 2))
-    _jitter(a, film.width, index, solution.seed, xy)
-    directions = rays(camera, (film.width, film.height), xy)
-    origins = np.broadcast_to(camera.position, directions.shape)
+def _add(solution, shading, camera, index, pixels, film):
+    """Add one pass's light to some pixels."""
+    xy = np.empty((len(pixels), 2))
+    _jitter(pixels, film.width, index, solution.seed, xy)
+    origins, directions = rays(camera, (film.width, film.height), xy)
     rows, points = first_rows(solution, origins, directions)
-    film.total[a:b][rows == MISS] += solution.surroundings.field.outside / np.pi
-    seen = rows >= 0
-    k = np.flatnonzero(seen)
-    film.face[a:b][~seen] = MIXED
-    if not len(k):
-        return
-    leaving, arriving, nearness = radiance(
-        solution, shading, rows[k], points[k], -directions[k], a + k, index
+    leaving, indirect, diffuse = np.zeros((3, len(pixels), film.bands.count))
+    nearness, plane = np.zeros(len(pixels)), np.full(len(pixels), MIXED)
+    leaving[rows == MISS] = solution.surroundings.field.outside / np.pi
+    k = np.flatnonzero(rows >= 0)
+    if len(k):
+        seen = _seen(
+            solution, shading, origins[k], rows[k], points[k], directions[k], pixels[k], index
+        )
+        leaving[k], indirect[k], diffuse[k] = seen.leaving, seen.indirect, seen.diffuse
+        nearness[k], plane[k], points[k] = seen.nearness, seen.plane, seen.points
+    film.add(pixels, plane, points, leaving, indirect, nearness, diffuse)
+    if film.lamp is not None:
+        emission = shading.emission[rows[k]]
+        bright = emission.any(axis=1)
+        film.add_lamps(pixels[k[bright]], emission[bright])
+
+
+def _seen(solution, shading, origins, rows, points, directions, keys, index) -> Seen:
+    """Return what sight lines show, with what mirrors and clear bodies send on along them."""
+    if solution.space is None:
+        return _own(solution, shading, rows, points, -directions, keys, index)
+    from radiosity.view.coherent import with_coherent  # others need none of it
+
+    def own(*there):
+        return _own(solution, shading, *there)
+
+    return with_coherent(
+        solution, shading, origins, rows, points, directions, keys, index, own
     )
-    film.add(a + k, index, shading.plane[rows[k]], points[k], leaving, arriving, nearness)
-    if film.diffuse is not None:
-        face, diffuse = solution.patches.face[rows[k]], shading.diffuse[rows[k]]
-        film.diffuse[a + k] += shading.detail.diffuse(face, points[k], diffuse)
 
 
-def first_rows(solution: Solution, origins: np.ndarray, directions: np.ndarray):
-    """Follow sight lines to the first patch that is modelled, through backs that are not.
-
-    Returns
-    -------
-    rows : (k,) int
-        Patch, -1 where the sight line leaves the scene, -2 where it ends on a dark front of a flat
-        face.
-    points : (k, 3) float64
-        Where, in scene units.
-    """
-    around = solution.surroundings
-    centre, scale = around.visibility.centre, around.visibility.scale
-    start = ((origins - centre) * scale).astype(np.float32)
-    ahead = directions.astype(np.float32)
-    rows = np.full(len(start), MISS)
-    active = np.arange(len(start))
-    for _ in range(LAYERS):
-        sides, ends = meet(around.visibility, around.table, start[active], ahead[active])
-        start[active] = ends
-        row = np.where(sides >= 0, around.field.row[sides], MISS)
-        back = (sides >= 0) & (sides % 2 == 1)
-        dark = (sides >= 0) & ~back & (row < 0)
-        row[dark] = _dusk(solution, sides[dark] // 2)
-        rows[active] = row
-        active = active[back & (row < 0)]
-        if not len(active):
-            break
-        start[active] += 2 * LIFT * ahead[active]
-    return rows, centre + start / scale
-
-
-def _dusk(solution, fronts):
-    """Return -2 for dark fronts, but themselves where they stand for a curve, which may be lit."""
-    curved = solution.scene.faces.is_curved[solution.patches.face[fronts]]
-    return np.where(curved, fronts, -2)
+def _own(solution, shading, rows, points, to_view, keys, index) -> Seen:
+    """Return what leaves points of patches towards the viewer by itself."""
+    leaving, indirect, nearness = radiance(
+        solution, shading, rows, points, to_view, keys, index
+    )
+    diffuse = shading.diffuse[rows]
+    if shading.detail is not None:
+        diffuse = shading.detail.diffuse(solution.patches.face[rows], points, diffuse)
+    return Seen(leaving, indirect, nearness, diffuse, shading.plane[rows], points)
 
 
 def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, index: int):
@@ -253,7 +274,7 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     places, normals = _standing(around, shading.detail, face, points, flat, sides)
     looks = range(index * A_PASS, (index + 1) * A_PASS)
     aims = range(index * LIGHT_RAYS, (index + 1) * LIGHT_RAYS)
-    indirect, direct, nearness = _arriving(around, places, normals, keys, looks, aims, seed)
+    indirect, direct, nearness = _arriving(solution, places, normals, keys, looks, aims)
     glossy = np.zeros_like(direct)
     for which, k in _of_lobes(shading, rows):
         from radiosity.view.gloss import dimming, entering, glossy_radiance
@@ -279,7 +300,7 @@ def _from_behind(solution, shading, rows, points, to_view, keys, looks, aims):
     face, flat = solution.patches.face[rows], -solution.patches.normal[rows]
     sides = np.where(solution.patches.front[rows], -1.0, 1.0)
     places, normals = _standing(around, shading.detail, face, points, flat, sides)
-    indirect, direct, _ = _arriving(around, places, normals, keys, looks, aims, seed)
+    indirect, direct, _ = _arriving(solution, places, normals, keys, looks, aims)
     for which, k in _of_lobes(shading, rows):
         if coats := shading.coats[which]:
             from radiosity.view.gloss import dimming, entering
@@ -317,8 +338,19 @@ def _standing(around, detail, face, points, flat, sides):
     return detail.raised(face, points, sides) + lift, normals
 
 
-def _arriving(around, points, normals, keys, looks, aims, seed):
+def _arriving(solution, points, normals, keys, looks, aims):
     """Return the indirect and the direct irradiance (k, bands), and the nearness (k,)."""
-    indirect, _, nearness = indirect_irradiance(around, points, normals, keys, looks, seed)
-    direct = direct_irradiance(around.visibility, around.lights, points, normals, keys, aims, seed)
+    around, seed = solution.surroundings, solution.seed
+    visibility, lights = around.visibility, around.lights
+    if around.even is not None:
+        indirect, nearness = np.tile(np.pi * around.even, (len(points), 1)), np.zeros(len(points))
+    else:
+        met = look_out(visibility, around.table, points, normals, keys, looks, seed)
+        indirect, _, nearness = irradiance_by(around, points, *met)
+        indirect += contact_light(solution, points, *met, keys, looks.start)
+        if around.space is not None:
+            from radiosity.transport.onward import irradiance_sent_on
+
+            indirect += irradiance_sent_on(around, points, normals, *met, keys, looks, seed)
+    direct = direct_irradiance(visibility, lights, points, normals, keys, aims, seed)
     return indirect, direct, nearness

@@ -1,12 +1,19 @@
-"""Glossy reflection at a point: highlights of the area lights, and the surroundings in the lobe."""
+"""Glossy reflection at a point: highlights of the area lights, and the surroundings in the lobe.
+
+A light is found in two ways, by points on it and by directions in the lobe. Points are good for
+small lights in wide lobes, directions for large lights in narrow ones; the balance heuristic of
+Veach & Guibas (1995, "Optimally combining sampling techniques for Monte Carlo rendering") gives
+each sample the share p/(p_1 + p_2) of its own density p per steradian.
+"""
 
 import numpy as np
 from numba import njit
 
 from radiosity.light.frames import frame, to_local, to_scene
-from radiosity.transport.hemisphere import meet
-from radiosity.transport.irradiance import Surroundings, carried, direct_irradiance
+from radiosity.transport.borrow import borrowed
+from radiosity.transport.irradiance import Surroundings, direct_irradiance, sent_along
 from radiosity.transport.lamps import reaching
+from radiosity.transport.polygon import first_half, place_evenly
 from radiosity.transport.sampling import hashed, sobol
 from radiosity.transport.visibility import LIFT
 
@@ -43,12 +50,23 @@ def glossy_radiance(
     frames = frame(normals)[:, None]
     view = to_local(frames, to_view[:, None])
     args = points, normals, frames, view, keys, samples, seed
-    leaving = reflected_surroundings(around, lobe, *args)
+    sampled = around.even is None and hasattr(lobe, "sample")
+    if sampled:
+        leaving = reflected_surroundings(around, lobe, *args)
+    else:
+        leaving = _evenly(around, lobe, view)
     for light in range(len(around.lights.polygons)):
-        leaving += highlight(around, lobe, light, *args)
+        leaving += highlight(around, lobe, light, *args, shared=sampled)
     for lamp in around.lights.lamps:
         leaving += glint(around, lobe, lamp, points, normals, frames, view)
     return leaving
+
+
+def _evenly(around, lobe, view):
+    """Return (k, bands) radiance of ambient light in a lobe; the seeds' raw forms reflect none."""
+    if around.even is None or not hasattr(lobe, "albedo"):
+        return np.zeros((len(view), around.lights.exitance.shape[1]))
+    return lobe.albedo(np.clip(view[:, 0, 2], 0.0, 1.0)[:, None])[:, 0] * around.even
 
 
 def glint(around, lobe, lamp, points, normals, frames, view):
@@ -94,36 +112,51 @@ def _albedo(coats, cosine):
     return sum(coat.albedo(np.clip(cosine, 0.0, 1.0)) for coat in coats)
 
 
-def highlight(around, lobe, light, points, normals, frames, view, keys, samples, seed):
+def highlight(
+    around, lobe, light, points, normals, frames, view, keys, samples, seed, shared=True
+):
     """Return (k, bands) radiance of one area light in the lobe, by points on the light (E9).
 
-    Mean over points of f(L, V) L_e cos(theta) cos(theta_l) A / r^2, where visible.
+    Mean over points of f(L, V) L_e cos(theta) cos(theta_l) A / r^2, where visible. ``shared`` with
+    directions in the lobe that meet the light, see `reflected_surroundings`.
     """
     there, to_light, weight = _from_light(around, light, points, normals, keys, samples, seed)
-    value = lobe.value(to_local(frames, to_light), view)
+    local = to_local(frames, to_light)
+    value = lobe.value(local, view)
+    if shared:
+        cosine = np.where(weight > 0, local[..., 2], 1.0)
+        weight = weight * (1.0 - _share(lobe.density(view, local) * weight / cosine))
     facing = around.lights.normals[light]
     weight *= ~_blocked(around, points, normals, there, facing, (weight > 0) & value.any(axis=2))
     return (value * weight[..., None]).mean(axis=1) * around.lights.exitance[light] / np.pi
 
 
 def _from_light(around, light, points, normals, keys, samples, seed):
-    """Return points on a light (k, n, 3), the directions to them and cos cos' A / r^2 (k, n)."""
+    """Return points on a light (k, n, 3), the directions to them and cos cos' A / r^2 (k, n).
+
+    cos' A / r^2 is one over the density per steradian of these directions.
+    """
     polygon, facing = around.lights.polygons[light], around.lights.normals[light]
-    there, stretch = _on_polygon(polygon, _squares(keys, 1000 + light, samples, seed))
+    u = _squares(keys, 1000 + light, samples, seed)
+    there = np.empty((*u.shape[:2], 3))
+    _on_polygon(polygon, u, there)
     d = there - points[:, None]
     r2 = np.einsum("pkc,pkc->pk", d, d)
-    to_light = d / np.sqrt(r2)[..., None]
+    to_light = d / np.sqrt(np.maximum(r2, 1e-300))[..., None]
     cosine = np.einsum("pkc,pc->pk", to_light, normals)
     cosine_light = -(to_light @ facing)
     useful = (cosine > 0) & (cosine_light > 0)
-    weight = np.where(useful, cosine * cosine_light * stretch / np.maximum(r2, 1e-300), 0.0)
-    return there, to_light, weight
+    spread = cosine * cosine_light * _area(polygon) / np.maximum(r2, 1e-300)
+    return there, to_light, np.where(useful, spread, 0.0)
 
 
-def reflected_surroundings(around, lobe, points, normals, frames, view, keys, samples, seed):
+def reflected_surroundings(
+    around, lobe, points, normals, frames, view, keys, samples, seed, lights=True
+):
     """Return (k, bands) radiance of the patches in the lobe, by directions in it (E9).
 
-    Mean over the lobe's own directions of f L cos(theta)/density.
+    Mean over the lobe's own directions of f L cos(theta)/density. With ``lights``, they add their
+    share of the lights that they meet, see `highlight`.
     """
     light = lobe.sample(view, _squares(keys, 999, samples, seed))
     density, cosine = lobe.density(view, light), light[..., 2]
@@ -133,19 +166,51 @@ def reflected_surroundings(around, lobe, points, normals, frames, view, keys, sa
     visibility = around.visibility
     lifted = (points - visibility.centre) * visibility.scale + LIFT * normals
     origins = np.repeat(lifted, len(samples), axis=0).astype(np.float32)
-    directions = to_scene(frames, light).reshape(-1, 3).astype(np.float32)
-    sides, hits = meet(visibility, around.table, origins, directions)
-    exitance = carried(around, sides, hits).reshape(*cosine.shape, -1)
-    return (exitance * weight).mean(axis=1) / np.pi
+    directions = to_scene(frames, light).reshape(-1, 3)
+    ways = directions.astype(np.float32)
+    sides, hits, exitance = sent_along(around, origins, ways, keys, samples, seed)
+    if lights and len(around.lights.polygons):
+        from_points = np.repeat(points, len(samples), axis=0)
+        met = _met_lights(around, from_points, directions, sides, hits, density.ravel())
+        exitance += met
+    return (exitance.reshape(*cosine.shape, -1) * weight).mean(axis=1) / np.pi
 
 
-def _on_polygon(v, u):
-    """Return points at (s, t) of a bilinear polygon and the area stretch there."""
-    s, t = u[..., :1], u[..., 1:]
-    x = (1 - s) * (1 - t) * v[0] + s * (1 - t) * v[1] + s * t * v[2] + (1 - s) * t * v[3]
-    ds = (1 - t) * (v[1] - v[0]) + t * (v[2] - v[3])
-    dt = (1 - s) * (v[3] - v[0]) + s * (v[2] - v[1])
-    return x, np.linalg.norm(np.cross(ds, dt), axis=-1)
+def _met_lights(around, points, directions, sides, hits, density):
+    """Return (k, bands) exitance of the lights that directions in a lobe meet, as they share it."""
+    lights, table, visibility = around.lights, around.table, around.visibility
+    number = np.full(len(table.face_normal), -1)
+    number[lights.face] = np.arange(len(lights.face))
+    light = np.where((sides >= 0) & (sides % 2 == 0), number[table.face[sides // 2]], -1)
+    found = np.zeros((len(sides), lights.exitance.shape[1]))
+    k = np.flatnonzero(light >= 0)
+    d = visibility.centre + hits[k] / visibility.scale - points[k]
+    area = np.array([_area(polygon) for polygon in lights.polygons])[light[k]]
+    cosine = -np.einsum("kc,kc->k", directions[k], lights.normals[light[k]])
+    spread = np.maximum(cosine, 0.0) * area / np.maximum(np.einsum("kc,kc->k", d, d), 1e-300)
+    by_lobe = density[k] * spread  # the density of directions over that of points
+    found[k] = lights.exitance[light[k]] * _share(by_lobe)[:, None]
+    return found
+
+
+def _share(ratio):
+    """Return the share of a sample whose density is ``ratio`` times that of the other way."""
+    return ratio / (1.0 + ratio)
+
+
+@njit(cache=True, nogil=True)
+def _on_polygon(polygon, u, x):
+    """Write points evenly spread over a polygon, one for each of the squares' points."""
+    polygon = borrowed(polygon)
+    half = first_half(polygon)
+    for p in range(len(u)):
+        for k in range(u.shape[1]):
+            place_evenly(polygon, half, u[p, k, 0], u[p, k, 1], x[p, k])
+
+
+def _area(v):
+    """Return the area of a quadrilateral (4, 3)."""
+    return sum(np.linalg.norm(np.cross(v[k] - v[0], v[k + 1] - v[0])) for k in (1, 2)) / 2.0
 
 
 def _blocked(around, points, normals, there, facing, wanted):

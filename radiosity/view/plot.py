@@ -6,18 +6,27 @@ import numpy as np
 
 from radiosity.solve.tradeoff import Trial
 from radiosity.transport.files import written_whole
+from radiosity.view.levels import PictureTrial
 
 STYLE = {"linear": ("o-", "C0"), "constant": ("s-", "C1"), "clusters": ("^-", "C2")}
 APART = 0.1  # relative difference in time and error below which labels would overlap
 
 
-def plot_tradeoff(found: list[Trial], name: str, path: str | PathLike) -> None:
-    """Write a log-log plot of true error against time, one line for each kind of element."""
+def plot_tradeoff(
+    found: list[Trial], name: str, path: str | PathLike, pictures: list[PictureTrial]
+) -> None:
+    """Write log-log plots of true error against time: of kinds of elements, and of pictures."""
     from matplotlib.figure import Figure
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure(figsize=(10.4, 4.2), layout="constrained")
+    axes, beside = figure.subplots(1, 2, width_ratios=(3, 2))
+    _plot_trials(axes, found, name)
+    _plot_pictures(beside, pictures)
+    with written_whole(path) as temporary:
+        figure.savefig(temporary, dpi=120)
+
+
+def _plot_trials(axes, found, name):
     for way, (marker, colour) in STYLE.items():
         mine = [t for t in found if t.way == way]
         seconds, error = [t.seconds for t in mine], [100 * t.error for t in mine]
@@ -26,17 +35,29 @@ def plot_tradeoff(found: list[Trial], name: str, path: str | PathLike) -> None:
             label = ", ".join(f"{100 * t.accuracy:g}" for t in some)
             axes.annotate(f"{label} %", (some[0].seconds, 100 * some[0].error), (4, 4),
                           textcoords="offset points", fontsize=7, color=colour)  # fmt: skip
+    axes.set_title(f"{name}: labels are the accuracies asked")
+    axes.legend()
+    _finish(axes, "time to solve, s", "true error, % (95 % of the surfaces)")
+
+
+def _plot_pictures(axes, pictures):
+    for trial in pictures:
+        axes.loglog([trial.seconds], [100 * trial.error], "o", label=trial.way)
+    axes.set_title("pictures by method")
+    axes.legend()
+    _finish(axes, "time to solve and picture, s", "rms error of the picture, %")
+
+
+def _finish(axes, across, up):
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(NullFormatter())
-    axes.set_xlabel("time to solve, s")
-    axes.set_ylabel("true error, % (95 % of the surfaces)")
-    axes.set_title(f"{name}: labels are the accuracies asked")
+    axes.set_xlabel(across)
+    axes.set_ylabel(up)
     axes.grid(True, which="both", alpha=0.3)
-    axes.legend()
-    with written_whole(path) as temporary:
-        figure.savefig(temporary, dpi=120)
 
 
 def _in_one_place(trials: list[Trial]) -> list[list[Trial]]:

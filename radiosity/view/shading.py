@@ -56,7 +56,7 @@ def make_shading(solution: Solution) -> Shading:
     return Shading(
         solution.emission / np.pi, diffuse, np.where(reflects, lobe, -1), lobes,
         coats, plane, plane_diffuse, np.repeat(_axes(scene.faces.normals()), 2, axis=0), detail,
-        solution.level.terms.transmittance,
+        solution.transmittance,
     )  # fmt: skip
 
 

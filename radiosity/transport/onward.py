@@ -1,0 +1,81 @@
+"""Light that looking around finds by way of mirrors, clear bodies and lobes (E24).
+
+A ray that meets a surface which sends light on along single directions brings beside the light
+that leaves it evenly what that sends on: it is followed (`follow`), and at its ends finds the
+stored field, what lights emit and, by lobes, what lights send that these look for.
+"""
+
+import numpy as np
+
+from radiosity.transport.hemisphere import rays_from
+from radiosity.transport.highlights import counted, in_lobes
+from radiosity.transport.irradiance import Lights, Surroundings, carried
+from radiosity.transport.paths import first_rays, follow
+
+
+def irradiance_sent_on(
+    around: Surroundings, points, normals, sides, hits, keys, samples: range, seed: int
+) -> np.ndarray:  # fmt: skip
+    """Return (p, bands) irradiance in W/m2 by what is sent on along the rays of `look_out`.
+
+    Parameters
+    ----------
+    sides, hits : (p, n) int, (p, n, 3) float32
+        What these met.
+    """
+    begin, directions = rays_from(around.visibility, points, normals, keys, samples, seed)
+    ends = sides.ravel(), hits.reshape(-1, 3)
+    found = sent_on(around, begin, directions, *ends, keys, samples, seed)
+    return found.reshape(*sides.shape, -1).mean(axis=1)
+
+
+def sent_on(
+    around: Surroundings, origins, directions, sides, hits, keys, samples: range, seed: int
+) -> np.ndarray:  # fmt: skip
+    """Return (k, bands) exitance in W/m2 that rays bring beside what `carried` finds at ``hits``.
+
+    Parameters
+    ----------
+    origins, directions, hits : (k, 3) float32
+        In ray coordinates.
+    sides : (k,) int
+        See `meet`.
+    keys, samples : (p,) int, range
+        As for `radiosity.transport.irradiance.sent_along`: k = p len(samples).
+    """
+    space, lights, count = around.space, around.lights, len(samples)
+    owner = np.repeat(np.arange(len(keys)), count)
+    start = first_rays(space, sides, hits, origins, directions, owner)
+    keys, index = keys[owner], np.tile(np.asarray(samples), len(keys))
+    found = np.pi * start.share * in_lobes(space, lights, start, keys, index, 0, seed)
+    dim = np.flatnonzero((start.share != 1.0).any(axis=1))
+    found[dim] += (start.share[dim] - 1.0) * carried(around, sides[dim], hits[dim])
+    areas = _areas(lights, len(space.optics.material))
+    for bounce, ends in enumerate(follow(space, start, keys, index, seed), 1):
+        straight = in_lobes(space, lights, ends, keys[ends.ray], index[ends.ray], bounce, seed)
+        straight += counted(space, ends, areas)[:, None] * _emitted(around, ends.sides)
+        here = carried(around, ends.sides, ends.hits) + np.pi * straight
+        np.add.at(found, ends.ray, ends.weight * here)
+    return found
+
+
+def _areas(lights: Lights, faces: int) -> np.ndarray:
+    """Return (faces,) areas of the polygons that shine, 0 of other faces."""
+    found = np.zeros(faces)
+    if not len(lights.polygons):
+        return found
+    across = [np.cross(q[2] - q[0], q[3] - q[1]) for q in lights.polygons]
+    found[lights.face] = np.linalg.norm(across, axis=1) / 2.0
+    return found
+
+
+def _emitted(around, sides) -> np.ndarray:
+    """Return (k, bands) radiance that lights emit from sides, W/(m2 sr)."""
+    space, lights = around.space, around.lights
+    number = np.full(len(space.optics.material), -1)
+    number[np.asarray(lights.face, int)] = np.arange(len(lights.face))
+    found = np.zeros((len(sides), space.optics.bands))
+    k = np.flatnonzero((sides >= 0) & (sides % 2 == 0))
+    light = number[space.faces(sides[k])]
+    found[k[light >= 0]] = lights.exitance[light[light >= 0]] / np.pi
+    return found
