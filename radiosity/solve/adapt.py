@@ -41,6 +41,7 @@ AIM, STEPS, SLOWEST = 0.7, (0.25, 0.8), 1.15  # of the accuracy; of the error in
 CUT = 1.3  # patches to cells: some are cut, some have backs that are lit
 STEEP = 1.8  # power of the number of cells that the time of a round grows by
 SURE, MORE_RAYS = 0.8, 4  # share of a time that is planned with; rays in a round to those before
+MOST_CHAINED = 1 << 12  # rays from a node that are followed along chains
 MOST_LOOKS = 1 << 16  # rays that look around from a point
 
 
@@ -84,6 +85,7 @@ class Rounds:
         self.level = self.check = self.estimate = None
         self.coarse, self.left = first_mesh(scene, plan, memory), ROUNDS
         self._scene, self._plan, self._memory, self._goal = scene, plan, memory, goal
+        self._recipe = plan.recipe
         self._watch, self._progress, self._clock = watch, progress, Clock(plan.seconds)
         self._most = min(MOST_LINEAR, most_that_fit(1, memory) / CUT) / 4
         like = None
@@ -93,7 +95,7 @@ class Rounds:
 
     def advance(self) -> bool:
         """Solve a round; return whether another one is needed and fits."""
-        recipe, accuracy, memory = self._plan.recipe, self._plan.accuracy, self._memory
+        recipe, accuracy, memory = self._recipe, self._plan.accuracy, self._memory
         self.level = self.check = None  # their matrices go before the next ones come
         self.level = solve_level(
             self._scene, self._reach, recipe, watch=self._watch, memory=memory,
@@ -108,6 +110,8 @@ class Rounds:
             self.estimate = raised(self.estimate, self.check, shares)
         if self.estimate.reached <= accuracy or not self.left:
             return False
+        if self._by_rays():
+            return True
         if shares is None:
             shares = blame(self.level, check, *self.estimate.judged)
         room = min(self._most, self.coarse.count * self._clock.room() ** (1.0 / STEEP))
@@ -117,6 +121,17 @@ class Rounds:
             return False
         self.coarse, self._reach = finer, self._mesh(finer.divided(2), self._reach)
         return fits(len(self._reach.patches), 1, memory)  # there may be more cuts and backs
+
+    def _by_rays(self) -> bool:
+        """Whether more rays along chains, rather than more patches, are what the error asks for."""
+        estimate, recipe = self.estimate, self._recipe
+        least = max(estimate.mesh, AIM * self._plan.accuracy)
+        if not self._scene.sends_on or estimate.kernel <= least:
+            return False
+        if recipe.chained >= MOST_CHAINED or self._clock.room() < MORE_RAYS:
+            return False
+        self._recipe = replace(recipe, chained=MORE_RAYS * recipe.chained)
+        return True
 
     def _mesh(self, division, like):
         recipe, progress = self._plan.recipe, self._progress

@@ -10,11 +10,13 @@ from radiosity.solve.reach import Reach
 from radiosity.solve.system import make_terms
 from radiosity.transport.aiming import make_targets
 from radiosity.transport.arrival import Arrival
-from radiosity.transport.chains import Chains, Tracer, cluster_chains, find_chains
+from radiosity.transport.caustics import FEWEST, MOST, find_caustics
+from radiosity.transport.chains import Chains, cluster_chains, find_chains
 from radiosity.transport.images import find_planes, make_images
 from radiosity.transport.irradiance import Lights
 from radiosity.transport.paths import Space
 from radiosity.transport.threads import Progress, over_ranges
+from radiosity.transport.tracer import Tracer
 from radiosity.transport.visibility import LIFT
 
 AT_POINTS = 8  # rays from a point that is asked for, to those from a node
@@ -22,11 +24,12 @@ PARTS = 4  # that they are cast in, to tell their noise
 MOST_TARGETS = 2000  # triangles that rays are aimed at, rather than all around
 KEY = 1 << 45  # tells the patterns of points from those of nodes
 RAYS = 64, 1 << 12  # from a cluster, the fewest and the most
+LAMP_RAYS = 512  # from a lamp, to those from a node
 RAYS_AT_ONCE = 1 << 15
 
 
 def make_tracer(
-    scene: Scene, reach: Reach, elements: Elements, tolerance: np.ndarray, seed: int,
+    scene: Scene, reach: Reach, elements: Elements, tolerance: np.ndarray, recipe: Recipe,
     lights: Lights, exactly: bool = True,
 ) -> Tracer:  # fmt: skip
     """Return what follows light back to the elements of the live patches.
@@ -48,16 +51,24 @@ def make_tracer(
         emitted = make_terms(scene, patches, reach.live).emission[rows]
         face = patches.face[rows[emitted.any(axis=1)]]
         areas[face] = scene.faces.areas()[face]
-    every = np.arange(len(scene.faces))
-    wanted = np.stack([space.optics.on(every, np.full(len(every), b)) for b in (0, 1)], axis=1)
-    targets = make_targets(scene.faces, reach.visibility, wanted)
+    targets = make_targets(scene.faces, reach.visibility, optics.wanted())
     if len(targets.face) > MOST_TARGETS:
         targets = None
     images = ()
     if planes is not None:
         images = make_images(scene.faces, planes, elements, scene.lights, tolerance)
-    made = space, elements, place[sides.ravel()], lights, emitted, areas, seed
-    return Tracer(*made, targets, images)
+    made = space, elements, place[sides.ravel()], lights, emitted, areas, recipe.seed
+    return Tracer(*made, targets, images, _caustics(scene, space, recipe))
+
+
+def _caustics(scene, space, recipe):
+    """Return the light of lamps by way of mirrors and clear bodies, None where there is none."""
+    targets = make_targets(scene.faces, space.visibility, space.optics.wanted(lobes=False))
+    if not scene.lights or not len(targets.face):
+        return None
+    area = float(scene.faces.areas().sum())
+    rays = int(np.clip(LAMP_RAYS * recipe.chained, FEWEST, MOST))
+    return find_caustics(space, targets, scene.lights, scene.unit_m, area, rays, recipe.seed)
 
 
 def chains_of(
@@ -76,7 +87,7 @@ def cluster_chains_of(
     """Return what follows light back to live patches, and what comes so to their clusters."""
     rows = np.flatnonzero(reach.live)
     elements = make_elements(reach.patches, rows, 0)
-    tracer = make_tracer(scene, reach, elements, np.zeros(0), recipe.seed, lights, exactly=False)
+    tracer = make_tracer(scene, reach, elements, np.zeros(0), recipe, lights, exactly=False)
     rays = int(np.clip(recipe.counted // max(1, labels.max(initial=0) + 1), *RAYS))
     return tracer, cluster_chains(tracer, reach.patches, rows, labels, rays)
 
@@ -95,11 +106,14 @@ def arriving_by_chains(
         Radiance of the outside.
     """
     k, bands = len(points), coefficients.shape[1]
-    parts, exact = np.zeros((PARTS, k, bands)), np.zeros((k, bands))
+    parts, exact, noise = np.zeros((PARTS, k, bands)), *np.zeros((2, k, bands))
     each = rays // PARTS
 
     def work(a, b):
         exact[a:b] = tracer.lamplight(points[a:b], normals[a:b])
+        if tracer.caustics is not None:
+            more, noise[a:b] = tracer.caustics.at(points[a:b], normals[a:b])
+            exact[a:b] += more
         for image in tracer.images:
             seen = image.weights(points[a:b], normals[a:b], a, LIFT, tracer.seed)
             exact[a:b] += image.share * (seen @ coefficients)
@@ -111,7 +125,7 @@ def arriving_by_chains(
 
     over_ranges(work, k, max(1, RAYS_AT_ONCE // each))
     error = parts.std(axis=0, ddof=1) / np.sqrt(PARTS)
-    return Arrival(parts.mean(axis=0) + exact, error, np.ones(k))
+    return Arrival(parts.mean(axis=0) + exact, np.hypot(error, noise), np.ones(k))
 
 
 def _radiosity_seen(tracer, coefficients, ambient, points, normals, keys, samples):

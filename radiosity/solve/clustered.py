@@ -37,7 +37,8 @@ from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, over_ranges, silent
 
 if TYPE_CHECKING:
-    from radiosity.transport.chains import Chains, Tracer
+    from radiosity.transport.chains import Chains
+    from radiosity.transport.tracer import Tracer
 
 LIGHT_RAYS = 16  # to each face that emits from the middle of a patch
 MOST_LIGHTS = 512  # found by chance, more faces that emit than these would be noise

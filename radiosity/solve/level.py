@@ -29,7 +29,8 @@ from radiosity.transport.operator import FormFactors
 from radiosity.transport.threads import Progress, silent
 
 if TYPE_CHECKING:
-    from radiosity.transport.chains import Chains, Tracer
+    from radiosity.transport.chains import Chains
+    from radiosity.transport.tracer import Tracer
 
 KEPT = 1e-6  # share of the light that a mirror absorbs: more than rounding
 LOST = 1e-9  # share of a row's light that leaves it: more than rounding
@@ -300,7 +301,7 @@ def _chains(scene, reach, senders, recipe, constant, progress):
     from radiosity.solve.chains import chains_of, make_tracer  # others need none of it
 
     tracer = make_tracer(
-        scene, reach, senders.elements, senders.sight.tolerance, recipe.seed, lights_of(scene)
+        scene, reach, senders.elements, senders.sight.tolerance, recipe, lights_of(scene)
     )
     return tracer, chains_of(tracer, reach, recipe, constant, progress)
 

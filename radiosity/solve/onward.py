@@ -5,13 +5,15 @@ direction; it absorbs what it neither scatters nor sends on. Light of lamps and 
 leave the scene again without ever being scattered.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
 from radiosity.mesh.elements import make_elements, make_nodes
+from radiosity.transport.aiming import make_targets
+from radiosity.transport.caustics import FEWEST, rays_of
 from radiosity.transport.hemisphere import meet, rays_from
-from radiosity.transport.lamps import reaching
 from radiosity.transport.paths import OPEN, Bundle, first_rays, follow
 
 RAYS, IN_ALL = 256, 1 << 18  # from a node at most, and from all together about
@@ -40,11 +42,10 @@ def find_onward(level) -> Onward:
     k = int(np.clip(IN_ALL // len(side), 16, RAYS))
     found = np.zeros((2, len(side), bands))
     _of_rays(level, nodes.points, normals, side, k, found)
-    for lamp in level.scene.lights:
-        _of_lamp(level, lamp, nodes.points, normals, side, found)
     area = patches.area[rows[mine]] * level.scene.unit_m**2
     fit = nodes.fit[: len(mine)]
-    return Onward(*(area @ (fit @ x) for x in found))
+    by_lamps = _of_lamps(level, level.scene)
+    return Onward(*(area @ (fit @ x) + y for x, y in zip(found, by_lamps, strict=True)))
 
 
 def _of_rays(level, points, normals, side, count, found):
@@ -71,15 +72,26 @@ def _of_rays(level, points, normals, side, count, found):
         np.add.at(found[1], owner[out], light * left)
 
 
-def _of_lamp(level, lamp, points, normals, side, found):
-    """Add what a lamp sends to points on sides straight on."""
-    space = level.tracer.space
-    here = reaching(level.reach.visibility, lamp, points, normals, level.scene.unit_m)
-    cosine = np.clip(np.einsum("kc,kc->k", here.to_light, normals), 0.0, 1.0)
-    found[0] += _sent_on(space, side, cosine) * here.irradiance
-    k = np.flatnonzero(here.irradiance.any(axis=1))
-    left = _left(space, side[k], points[k], -here.to_light[k].astype(np.float32), level.recipe.seed)
-    found[1][k] += here.irradiance[k] * left
+def _of_lamps(level, scene):
+    """Return what lamps send to sides, times what these send on of it, bounce by bounce."""
+    space, seed = level.tracer.space, level.recipe.seed
+    targets = make_targets(scene.faces, space.visibility, space.optics.wanted())
+    sent, escaped = np.zeros((2, scene.bands.count))
+    for number, lamp in enumerate(scene.lights):
+        start, power = rays_of(space, targets, lamp, number, scene.unit_m, FEWEST, seed)
+        keys, index = np.full(len(power), KEY), np.arange(len(power))
+        for ends in itertools.chain([start], follow(space, start, keys, index, seed)):
+            light = power[ends.ray] * ends.share
+            escaped += light[ends.sides < 0].sum(axis=0)
+            k = np.flatnonzero(space.sends_on(ends.sides))
+            face, back = space.faces(ends.sides[k]), ends.sides[k] % 2 == 1
+            points = space.points(ends.hits[k].astype(np.float64))
+            cosine = -np.einsum(
+                "kc,kc->k", ends.directions[k], space.optics.facing(face, back, points)
+            )
+            share = _sent_on(space, ends.sides[k], np.clip(cosine, 0.0, 1.0))
+            sent += (light[k] * share).sum(axis=0)
+    return sent, escaped
 
 
 def _sent_on(space, side, cosine):

@@ -12,10 +12,6 @@ def make_optics(scene: Scene, table: Table) -> Optics:
     """Return how the faces of a scene send light on along single directions."""
     faces = scene.faces
     normal = faces.normals()
-    absorption = np.zeros((len(scene.materials), scene.bands.count))
-    for k, m in enumerate(scene.materials):
-        if m.absorption is not None:
-            absorption[k] = m.absorption * scene.unit_m
     smooth = None
     if faces.is_curved.any():
 
@@ -23,7 +19,24 @@ def make_optics(scene: Scene, table: Table) -> Optics:
             return _between_corners(faces, table, normal, face, points)
 
     sides = tuple(_sides_of(m) for m in scene.materials)
-    return Optics(faces.material, sides, absorption, normal, smooth)
+    return Optics(faces.material, sides, _absorption(scene), normal, smooth)
+
+
+def different_bands(scene: Scene) -> int:
+    """Return in how many ways the bands of a scene are sent on."""
+    sides, absorption = tuple(_sides_of(m) for m in scene.materials), _absorption(scene)
+    none = np.zeros((0, 3))
+    optics = Optics(np.zeros(0, int), sides, absorption, none)
+    return len(optics.different_bands()[0])
+
+
+def _absorption(scene):
+    """Return (materials, bands) in 1/scene unit."""
+    found = np.zeros((len(scene.materials), scene.bands.count))
+    for k, m in enumerate(scene.materials):
+        if m.absorption is not None:
+            found[k] = m.absorption * scene.unit_m
+    return found
 
 
 def _sides_of(material: Material) -> tuple[Side | None, Side | None]:

@@ -243,6 +243,16 @@ def left_beside(faces: int, limit: float | None) -> float:
     return limit - check_fits(f"{faces} faces", FACE * faces, limit, way_out)
 
 
+def left_beside_chains(kinds: int, limit: float, order: int) -> float:
+    """Return the part of ``limit`` bytes for all but chains, whose matrices are so many more.
+
+    One for each of ``kinds`` of bands, and one more while they are made; see `BYTES`.
+    """
+    width = 3 if order else 1
+    chains = 8 * width**2 * (kinds + 1) if kinds else 0
+    return limit * BYTES[order] / (BYTES[order] + chains)
+
+
 def fits(patches: float, order: int, limit: float | None) -> bool:
     """Whether a dense solution on so many patches would fit."""
     return patches <= most_that_fit(order, limit)

@@ -116,12 +116,16 @@ def _importance(level, weights):
     """
     rho, sheets = np.tile(level.terms.reflectance[level.rows], (3, 1)), level.sheets
     laws = rho if sheets is None else np.concatenate([rho, sheets.transmittance])
-    matrix, found = level.factors.matrix, np.empty((*weights.shape, rho.shape[1]))
+    chains = level.chains
+    if chains is not None:
+        laws = np.concatenate([laws, chains.which[None]])
+    straight, found = level.factors.matrix, np.empty((*weights.shape, rho.shape[1]))
     for band in range(rho.shape[1]):
         same = [k for k in range(band) if np.array_equal(laws[:, k], laws[:, band])]
         if same:
             found[..., band] = found[..., same[0]]
             continue
+        matrix = straight if chains is None else straight + chains.matrix[chains.which[band]]
         p = weights
         for _ in range(SWEEPS):
             sent = p * rho[:, band]

@@ -320,6 +320,8 @@ def _solver(scene, plan, reach, is_open):
         return Requirement("solver", "direct", "reflectances near 1: bounces hardly fade")
     if translucent(scene)[scene.faces.material].any() and plan.recipe.solver not in THROUGH:
         return Requirement("solver", "gmres", "light goes through translucent sheets")
+    if scene.sends_on and plan.recipe.solver not in THROUGH:
+        return Requirement("solver", "gmres", "mirrors, clear bodies or lobes send light on")
     return Requirement("solver", plan.recipe.solver, "the matrix is dense")
 
 

@@ -10,7 +10,7 @@ from radiosity.solve.adapt import check_of, refined, refined_clusters, refined_c
 from radiosity.solve.estimate import Goal, compare, unknown
 from radiosity.solve.level import solve_level
 from radiosity.solve.methods import Unbalanced
-from radiosity.solve.plan import check_memory, left_beside, make_plan
+from radiosity.solve.plan import check_memory, left_beside, left_beside_chains, make_plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.solution import Solution, checked_points
 from radiosity.transport.operator import FormFactors
@@ -105,6 +105,10 @@ def solve(
     if factors is not None:
         plan = replace(plan, adapts=False)
     memory = left_beside(len(scene.faces), memory)
+    if scene.sends_on:
+        from radiosity.solve.optics import different_bands
+
+        memory = left_beside_chains(different_bands(scene), memory, plan.recipe.order)
     check_memory(plan.clusters or plan.division.count, memory, plan.recipe.order)
     aim = None if goal is None else Goal.of(*checked_points(*goal), seed)
     seen = watch and (lambda level: watch(Solution(scene, plan, level, lambda: unknown(level))))

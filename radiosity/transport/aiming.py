@@ -47,7 +47,7 @@ def aimed_rays(
     Parameters
     ----------
     points, normals, keys, samples, seed
-        As for `radiosity.transport.hemisphere.look_out`.
+        As for `radiosity.transport.hemisphere.look_out`; of a normal 0 there is no horizon.
 
     Returns
     -------
@@ -56,8 +56,8 @@ def aimed_rays(
     face : (k len(samples),) int
         That each is aimed at, -1 where there is none.
     factor : (k len(samples),) float64
-        What a ray counts for that meets it, in the mean over all from its point; 0 below the
-        horizon.
+        What a ray counts for that meets it, in the mean over all from its point: the solid angle
+        times cos(theta)/pi, 0 below the horizon; times 1/pi where there is none.
     """
     count = len(samples)
     rays = len(points) * count
@@ -81,10 +81,11 @@ def _aim(
     a, b, c, d, x = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for p in range(len(points)):
         n, total = normals[p], 0.0
+        free = _dot(n, n) == 0.0
         for i in range(3):
             x[i] = points[p, i] + lift * n[i]
         for t in range(len(running)):
-            total += _angle(x, n, targets, t, a, b, c)
+            total += _angle(x, n, free, targets, t, a, b, c)
             running[t] = total
         shift = hashed(keys[p], SALT, seed)
         for k in range(count):
@@ -105,7 +106,7 @@ def _aim(
                 weight *= _stretch(x, targets, t, d) / angle
             else:
                 _spherical(a, b, c, u, v, angle, d)
-            cosine = d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
+            cosine = 1.0 if free else d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
             directions[r, 0], directions[r, 1], directions[r, 2] = d[0], d[1], d[2]
             face[r] = targets.face[t]
             factor[r] = max(0.0, cosine) * weight / math.pi
@@ -125,12 +126,12 @@ def _to_corners(x, corners, a, b, c):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _angle(x, n, targets, t, a, b, c):
+def _angle(x, n, free, targets, t, a, b, c):
     """Return the solid angle of a triangle from a point, 0 where a side not wanted is seen.
 
     tan(O/2) = |a . b x c|/(1 + a.b + b.c + c.a); van Oosterom & Strackee (1983).
     """
-    height, above = 0.0, False
+    height, above = 0.0, free
     for i in range(3):
         height += (x[i] - targets.corners[t, 0, i]) * targets.normal[t, i]
     back = 0 if height > 0.0 else 1

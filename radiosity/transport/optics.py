@@ -27,6 +27,11 @@ class Side:
         """Index of the far side over that of this one, None where light goes straight on."""
         return getattr(self.passage, "index", None)
 
+    @property
+    def is_clear(self) -> bool:
+        """Whether it mirrors, or lets light through."""
+        return self.mirror is not None or self.passage is not None
+
     def under_lobe(self, cosine: np.ndarray) -> np.ndarray:
         """Return the share (k, 1 or bands) that a lobe lets through to what it lies on."""
         if self.lobe is None or not is_coat(self.lobe):
@@ -91,6 +96,11 @@ class Optics:
         """Return (k,) bool: which sides of faces send light on along single directions."""
         told = np.array([[s is not None for s in pair] for pair in self.sides], bool)
         return told[self.material[face], back]
+
+    def wanted(self, lobes: bool = True) -> np.ndarray:
+        """Return (f, 2) bool: whose fronts and backs send light on, by more than lobes if asked."""
+        told = [[s is not None and (lobes or s.is_clear) for s in pair] for pair in self.sides]
+        return np.array(told, bool)[self.material]
 
     def groups(self, face: np.ndarray, back: np.ndarray):
         """Yield each kind of side that is not all diffuse, its material, and which have it."""
