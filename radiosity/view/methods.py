@@ -245,7 +245,7 @@ def _balanced(scene, reach, terms, direct, seed) -> np.ndarray:
 
     Of what surfaces reflect of light from lights, rho E, a share w leaves the scene; what stays is
     reflected again with the mean reflectance r: L = (1 - w) mean(rho E) / (pi (1 - (1 - w) r)),
-    means by area.
+    means by area (E27).
     """
     rows = np.flatnonzero(reach.live)
     patches, area = reach.patches, reach.patches.area[rows]
