@@ -186,3 +186,43 @@ def test_what_takes_no_light_vanishes_in_a_furnace(body):
     # What is still followed, and the noise of 128 rays: 0.8 % a pixel.
     assert pixels.mean() == pytest.approx(2.0, rel=4e-3)
     assert pixels == pytest.approx(np.full(pixels.shape, 2.0), rel=4e-2)
+
+
+def test_looking_around_goes_on_from_mirrors():
+    """A wall that mirrors all hides no sky: E = pi L; others take their share of what they hide."""
+    mirror = surface("mirror", mirror=Constant(np.array([1.0, 0.5, 0.0])))
+    floor = [[[0, -4, 0], [4, -4, 0], [4, 4, 0], [0, 4, 0]]]
+    upright = [[[0, -4, 0], [0, 4, 0], [0, 4, 3], [0, -4, 3]]]
+    parts = [(floor, surface("floor", diffuse=0.6)), (upright, mirror)]
+    scene = scene_of(parts, [0.5, 0, 2], [0.5, 0, 0], ambient=2 * ONE)
+    found = radiosity.render(radiosity.solve(scene, 0.3), samples=64).pixels[0, 0]
+    assert found[0] == pytest.approx(0.6 * 2, rel=1e-5)
+    assert found[2] < 0.7 * found[0]  # nearly half of the sky is hidden
+    assert found[1] == pytest.approx((found[0] + found[2]) / 2, rel=1e-5)
+
+
+def mirrored(quads):
+    return (np.asarray(quads, float) * [-1, 1, 1])[:, ::-1]
+
+
+def test_a_mirror_wall_shows_and_lights_the_doubled_room():
+    lamp, stone = surface("lamp", radiance=10), surface("stone", diffuse=0.7)
+    hung = np.array([[[0.8, 0.3, 0.99], [0.8, 0.7, 0.99], [1.2, 0.7, 0.99], [1.2, 0.3, 0.99]]])
+    cube = block((1.0, 0.2, 0), (1.4, 0.5, 0.5), bottom=False)
+    room, whole = box((0, 0, 0), (2, 1, 1)), box((-2, 0, 0), (2, 1, 1))
+    place = dict(position=[1.9, 0.5, 0.5], target=[0, 0.5, 0.45], fov=60, size=(16, 16))
+    single = scene_of(
+        [(np.delete(room, 2, axis=0), stone), (room[2:3], surface("mirror", mirror=PERFECT)),
+         (hung, lamp), (cube, stone)], **place,
+    )  # fmt: skip
+    double = scene_of(
+        [(whole, stone), (hung, lamp), (cube, stone), (mirrored(hung), lamp),
+         (mirrored(cube), stone)], **place,
+    )  # fmt: skip
+    one, two = (
+        radiosity.render(radiosity.solve(s, 0.03), samples=256).pixels[..., 0]
+        for s in (single, double)
+    )
+    assert one.mean() == pytest.approx(two.mean(), rel=0.01)
+    apart = np.abs(one / two - 1)
+    assert np.median(apart) < 0.012 and np.mean(apart > 0.1) < 0.05  # edges are jittered

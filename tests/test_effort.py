@@ -34,7 +34,7 @@ def bright(picture):
     return luminance(picture.pixels.astype(float))
 
 
-@pytest.mark.parametrize("samples", [32, 64, 256, None])
+@pytest.mark.parametrize("samples", [64, 256, None])  # 8 passes or more: 4 are too few to tell
 def test_error_bars_cover_and_are_not_too_long(solved, fine, samples):
     covered = []
     for name, solution in solved.items():

@@ -73,7 +73,7 @@ def test_a_block_on_a_floor_has_no_halo():
     )
     differ = np.abs(one.pixels[..., 1] - two.pixels[..., 1]) / one.pixels[..., 1].mean()
     assert np.sqrt(np.mean(differ**2)) < 0.003  # reached 0.001; both solutions err by 0.03
-    assert differ.max() < 0.03  # reached 0.012; 0.06 with the light of whole cells at contacts
+    assert differ.max() < 0.017  # reached 0.012; 0.023 with the light of whole cells at contacts
 
 
 def views_of(point, normal, along):

@@ -1,4 +1,4 @@
-"""Light that looking around finds by way of mirrors, clear bodies and lobes (E24).
+"""Light that looking around finds by way of mirrors, clear bodies and lobes (E25).
 
 A ray that meets a surface which sends light on along single directions brings beside the light
 that leaves it evenly what that sends on: it is followed (`follow`), and at its ends finds the

@@ -1,4 +1,4 @@
-"""Coherent light in pictures: what mirrors show and what is seen through clear bodies (E25).
+"""Coherent light in pictures: what mirrors show and what is seen through clear bodies (E26).
 
 I = I_own + k_r I_r + k_t I_t: from where a sight line ends it goes on along the mirrored and the
 refracted direction, again and again, and at each end the light that leaves there is gathered as if
@@ -10,6 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from radiosity.light.coherent import Straight
+from radiosity.scene.model import Scene
+from radiosity.solve.optics import make_optics
+from radiosity.solve.reach import Reach
+from radiosity.transport.optics import Side
 from radiosity.transport.paths import DEPTH, Bundle, Space, follow, medium_at, rays_within
 from radiosity.view.shading import Shading
 from radiosity.view.sightlines import Seen, rows_of
@@ -110,3 +115,23 @@ def _shows(shading, rows):
     """Return (k,) bool: which patches show anything by themselves."""
     parts = [shading.emission, shading.diffuse] + [x for x in [shading.through] if x is not None]
     return np.any([x[rows].any(axis=1) for x in parts], axis=0) | (shading.lobe[rows] >= 0)
+
+
+def space_of(scene: Scene, reach: Reach, straight: bool) -> Space:
+    """Return what sight lines are followed through in a scene that was not solved.
+
+    ``straight``: no mirrors, and through clear bodies as if their index were 1.
+    """
+    optics = make_optics(scene, reach.table)
+    if straight:
+        optics = replace(optics, sides=tuple(map(_straight, optics.sides)))
+    return Space(reach.visibility, reach.table, optics)
+
+
+def _straight(pair) -> tuple[Side | None, Side | None]:
+    """Return front and back of a material as light goes straight through it."""
+    front, back = pair
+    if front is None or front.passage is None:
+        return None, None
+    side = Side(front.lobe, None, Straight(front.passage))
+    return side, None if back is None else side

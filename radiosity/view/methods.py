@@ -7,10 +7,10 @@ stands for all the rest, and clear bodies as if their index were 1. Neither need
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radiosity.light.coherent import Straight
 from radiosity.light.photometry import illuminance
 from radiosity.mesh.patches import Patches
 from radiosity.scene.model import Camera, Scene, SceneError
@@ -22,12 +22,13 @@ from radiosity.solve.surroundings import surroundings_of
 from radiosity.solve.system import Terms, lights_of, make_terms
 from radiosity.transport.hemisphere import look_out
 from radiosity.transport.irradiance import Surroundings, direct_irradiance
-from radiosity.transport.optics import Side
-from radiosity.transport.paths import Space
 from radiosity.transport.threads import Progress, silent
 from radiosity.transport.visibility import Unobstructed
 from radiosity.view import gather
 from radiosity.view.image import Image
+
+if TYPE_CHECKING:
+    from radiosity.transport.paths import Space
 
 METHODS = "gather", "raytrace", "local"
 RAYS = 16  # to each light, and to all sides, from a patch
@@ -57,7 +58,7 @@ class Stage:
     reach: Reach
     terms: Terms
     surroundings: Surroundings
-    space: Space | None
+    space: "Space | None"
     irradiance_on: np.ndarray
 
     @property
@@ -218,26 +219,14 @@ def _without_raw_lobes(material):
     return replace(material, specular=None) if raw else material
 
 
-def _space(scene, reach, local) -> Space | None:
+def _space(scene, reach, local) -> "Space | None":
     """Return what sight lines are followed through, None where they end at the first surface."""
     used = [scene.materials[k] for k in np.unique(scene.faces.material)]
     if all(m.transmit is None and (local or m.mirror is None) for m in used):
         return None
-    from radiosity.solve.optics import make_optics  # others need none of it
+    from radiosity.view.coherent import space_of  # others need none of it
 
-    optics = make_optics(scene, reach.table)
-    if local:
-        optics = replace(optics, sides=tuple(map(_straight, optics.sides)))
-    return Space(reach.visibility, reach.table, optics)
-
-
-def _straight(pair) -> tuple[Side | None, Side | None]:
-    """Return front and back of a material as light goes straight through it."""
-    front, back = pair
-    if front is None or front.passage is None:
-        return None, None
-    side = Side(front.lobe, None, Straight(front.passage))
-    return side, None if back is None else side
+    return space_of(scene, reach, local)
 
 
 def _direct(reach, lights, seed) -> np.ndarray:
@@ -256,7 +245,7 @@ def _balanced(scene, reach, terms, direct, seed) -> np.ndarray:
 
     Of what surfaces reflect of light from lights, rho E, a share w leaves the scene; what stays is
     reflected again with the mean reflectance r: L = (1 - w) mean(rho E) / (pi (1 - (1 - w) r)),
-    means by area.
+    means by area (E27).
     """
     rows = np.flatnonzero(reach.live)
     patches, area = reach.patches, reach.patches.area[rows]
