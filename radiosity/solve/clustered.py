@@ -172,7 +172,7 @@ def solve_clusters(
     factors = repaired(counted_factors(one + two, area, 2 * half))
     tracer, chains = _chains(scene, reach, recipe, labels, lights)
     made = solved(
-        scene, reach, recipe, terms, lights, labels, factors, chains, straight, lamplight, watch
+        scene, reach, recipe, terms, lights, labels, factors, straight, lamplight, chains, watch
     )
     return replace(made, half=counted_factors(one, area, half), tracer=tracer)
 
@@ -190,7 +190,7 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     if level.chains is not None:
         area = np.bincount(level.labels, patches.area[rows], n)
         chains = level.chains.grouped(above, area)
-    made = solved(*parts, above[level.labels], factors, chains, level.straight, level.lamplight)
+    made = solved(*parts, above[level.labels], factors, level.straight, level.lamplight, chains)
     return replace(made, tracer=level.tracer)
 
 
@@ -244,7 +244,8 @@ def _scaled(straight, area, stays):
 
 
 def solved(
-    scene, reach, recipe, terms, lights, labels, factors, chains, straight, lamplight, watch=None
+    scene, reach, recipe, terms, lights, labels, factors, straight, lamplight, chains=None,
+    watch=None,
 ) -> Clustered:
     """Solve the system of clusters and send its light down to the patches.
 
