@@ -1,6 +1,6 @@
 """Picture a scene by all methods side by side: radiosity, ray tracing, local shading, no shadows.
 
-    python scenes/three_levels.py scenes/cornell_box.toml -o three_levels.png
+python scenes/three_levels.py scenes/cornell_box.toml -o three_levels.png
 """
 
 import argparse
