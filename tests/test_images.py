@@ -129,7 +129,7 @@ def test_images_bring_what_rays_bring(standing):
     if standing:
         glass = np.array([[[1.2, 0.5, 0.4], [1.2, 2, 0.4], [1.2, 2, 2], [1.2, 0.5, 2]]])
     else:
-        glass = np.array([[[0, 0.5, 0.4], [0, 2, 0.4], [0, 2.5, 2], [0, 0.5, 2]]])
+        glass = np.array([[[0.1, 0.5, 0.4], [0.1, 2, 0.4], [0.1, 2.5, 2], [0.1, 0.5, 2]]])
     table = block((1.0, 2.2, 0), (1.8, 2.6, 1.2))
     mirror = surface("mirror", 0.0, mirror=Constant(np.array([0.9, 0.5, 0.1])))
     materials = [surface("w", 0.5), surface("floor", 0.2, 1.0), surface("t", 0.3), mirror]
@@ -140,14 +140,14 @@ def test_images_bring_what_rays_bring(standing):
     b, none = level.coefficients, np.zeros(3)
     here = arriving_by_chains(level.tracer, b, none, points, normals, 4096)
     there = arriving_by_chains(by_rays(level), b, none, points, normals, 1 << 17)
-    assert len(level.tracer.images) == (2 if standing else 1)
+    assert len(level.tracer.images) == 2
     assert np.any(here.total > 0.01)
     off = np.abs(here.total - there.total)
     assert np.all(off <= 4 * np.hypot(here.error, there.error) + 2e-4 * here.total.max())
 
 
 def test_two_mirrors_show_each_other():
-    glass = [np.array([[[x, 0.5, 0.4], [x, 2, 0.4], [x, 2, 2], [x, 0.5, 2]]]) for x in (0.0, 4.0)]
+    glass = [np.array([[[x, 0.5, 0.4], [x, 2, 0.4], [x, 2, 2], [x, 0.5, 2]]]) for x in (0.1, 3.9)]
     glass[1] = glass[1][:, ::-1]
     mirror = surface("mirror", 0.0, mirror=Constant(0.7 * ONE))
     materials = [surface("w", 0.5), surface("floor", 0.2, 1.0), mirror]

@@ -188,6 +188,13 @@ def test_reflection_keeps_the_front_the_front(outline):
         assert faces.is_triangle[0] == (outline != SQUARE)
 
 
+def test_an_orthographic_camera_has_a_height_and_no_fov():
+    view = read(camera('projection = "orthographic"\nheight = 2.5')).cameras["c"]
+    assert view.orthographic and (view.height, view.fov) == (2.5, None)
+    plain = read(camera('projection = "pinhole"')).cameras["c"]
+    assert not plain.orthographic and (plain.height, plain.fov) == (None, 40.0)
+
+
 @pytest.mark.parametrize("up", "xyz")
 def test_scene_without_a_camera_gets_one_that_looks_at_its_centre(up):
     scene = read(f'up = "{up}"\n' + material("diffuse = 0"))
@@ -315,6 +322,16 @@ WRONG = [
     ("[materials.m]\n" + ".".join("a" * 3000) + " = 1\n" + FLOOR, "materials.m.a is not a known"),
     ("[[lamps]]\ntype = \"point\"\n" + FLOOR, "lamps is not a known key here"),
     # cameras
+    (camera('projection = "parallel"'),
+     "cameras.c.projection = \"parallel\" must be one of 'pinhole' or 'orthographic'"),
+    (camera('projection = "orthographic"'),
+     "cameras.c.height is missing: the vertical extent that an orthographic camera shows"),
+    (camera('projection = "orthographic"\nheight = 2\nfov = 40'),
+     "cameras.c.fov = 40 is for pinhole cameras: an orthographic one has height instead"),
+    (camera("height = 2"), 'cameras.c.height = 2 needs projection = "orthographic"'),
+    (camera('projection = "orthographic"\nheight = 0'),
+     "cameras.c.height = 0 must lie between 0 and 1e+30, both excluded: the vertical extent"),
+    (camera('projection = "orthographic"\nheigth = 2'), "cameras.c.heigth is not a known key"),
     (camera("fov = 0"), "cameras.c.fov = 0 must lie between 0 and 180, both excluded"),
     (camera("fov = 180"), "cameras.c.fov = 180 must lie between 0 and 180"),
     (camera("size = [0, 5]"), "cameras.c.size = [0, 5] must be [width, height], two whole numbers"),

@@ -40,13 +40,20 @@ def describe(scene) -> str:
             + ("" if material.two_sided else "  back black")
         )
     lines += _lights(scene)
-    lines += ["", f"{'camera':16}{'position':26}{'target':26}{'fov':>8}  size"]
+    lines += ["", f"{'camera':16}{'position':26}{'target':26}{'view':16}size"]
     for camera in scene.cameras.values():
         lines.append(
             f"{camera.name:16}{_bands(camera.position):26}{_bands(camera.target):26}"
-            f"{camera.fov:8.4g}  {camera.size[0]}x{camera.size[1]}"
+            f"{_view(camera, scene.unit):16}{camera.size[0]}x{camera.size[1]}"
         )
     return "\n".join(lines + _findings(scene))
+
+
+def _view(camera, unit) -> str:
+    """Return how much of the scene a camera shows from top to bottom."""
+    if camera.orthographic:
+        return f"{camera.height:.4g} {unit} high"
+    return f"{camera.fov:.4g} degrees"
 
 
 def _lights(scene) -> list[str]:

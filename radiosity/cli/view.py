@@ -1,10 +1,12 @@
 """``radiosity view``."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from radiosity.cli import display as d
 from radiosity.cli import options as o
 from radiosity.cli.method import MethodOption, ShadowsOption, check_method, view_by
 from radiosity.cli.progress import progress_bars, remark
@@ -20,6 +22,8 @@ def view(
         typer.Option("--screenshot", help="Write the gathered picture here and open no window."),
     ] = None,
     samples: o.Samples = None,
+    exposure: d.ExposureOption = "auto",
+    false_colour: d.FalseColourOption = None,
     method: MethodOption = "gather",
     shadows: ShadowsOption = True,
     accuracy: o.Accuracy = 0.02,
@@ -44,11 +48,12 @@ def view(
     from radiosity.cli.render import noise_words
     from radiosity.transport.files import check_place
     from radiosity.view.gather import find_camera, picture_size, render
-    from radiosity.view.image import check_suffix, write
+    from radiosity.view.image import write
     from radiosity.view.window import display_available, show
 
+    target = screenshot or f"{Path(scene).stem}.png"
+    d.check_display(target, exposure, None, false_colour)
     if screenshot:
-        check_suffix(screenshot)
         check_place(screenshot)
     pixels = o.parse_size(size)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
@@ -57,15 +62,15 @@ def view(
     chosen = find_camera(model, camera)
     picture_size(chosen, pixels, model.bands)
     shown = screenshot is None and display_available()
-    target = screenshot or f"{Path(scene).stem}.png"
     with progress_bars(quiet) as progress:
         solution = view_by(method, shadows, model, asked, progress)
         if not shown:
             image = render(solution, chosen, size=pixels, samples=samples, progress=progress)
+    scale = false_colour and false_colour.of(solution)
     if shown:
-        show(solution, chosen, size=pixels, samples=samples)
+        show(solution, chosen, pixels, samples=samples, exposure=exposure.of(solution), scale=scale)
         return
     if screenshot is None:
         remark("no display: the picture is gathered and written instead of shown", quiet)
-    write(image, target)
+    write(replace(image, exposure=exposure.of(solution)), target, scale=scale)
     remark(f"wrote {target}{noise_words(image)}", quiet)

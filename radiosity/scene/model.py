@@ -113,21 +113,44 @@ class Material:
 
 @dataclass(frozen=True)
 class Camera:
-    """Pinhole camera; lengths in scene units, ``fov`` vertical in degrees, ``size`` (w, h).
+    """Pinhole or orthographic camera; lengths in scene units, ``size`` (w, h) in pixels.
+
+    Exactly one of ``fov``, the vertical angle in degrees that a pinhole camera sees, and
+    ``height``, the vertical extent that an orthographic one shows, is a number.
+
+    Raises
+    ------
+    ValueError
+        Where both or neither are given.
 
     Examples
     --------
     >>> eye, at, up = np.array([0.0, -3, 1]), np.array([0.0, 0, 1]), np.array([0.0, 0, 1])
     >>> Camera("front", eye, at, up, 40.0, (64, 48)).size
     (64, 48)
+    >>> Camera("elevation", eye, at, up, None, (64, 48), height=2.5).orthographic
+    True
     """
 
     name: str
     position: np.ndarray
     target: np.ndarray
     up: np.ndarray
-    fov: float
+    fov: float | None
     size: tuple[int, int]
+    height: float | None = None
+
+    def __post_init__(self):
+        if (self.fov is None) == (self.height is None):
+            raise ValueError(
+                f"cameras.{self.name}: fov = {self.fov}, height = {self.height}: give fov for a "
+                "pinhole camera or height for an orthographic one, and None for the other"
+            )
+
+    @property
+    def orthographic(self) -> bool:
+        """Whether all of it looks in one direction."""
+        return self.height is not None
 
 
 @dataclass(frozen=True)

@@ -97,6 +97,7 @@ BRIGHTEST = 1e30  # in any unit of light
 POWER = Number(0, BRIGHTEST, "light cannot be taken away, and brighter overflows")
 BANDS = Colour(POWER)
 LENGTH = Number(-LONGEST, LONGEST, "powers of longer lengths cannot be computed")
+EXTENT = Number(0, LONGEST, "the vertical extent shown, in scene units", inclusive=False)
 POINT = Sequence(LENGTH, 3, "three numbers [x, y, z]")
 SPREAD = Number(1e-4, 1, "from a mirror, which the key mirror gives, to 1")
 SHININESS = Picture(
@@ -194,7 +195,9 @@ class CameraTable(StrictTable):
     position: taken_by(POINT) = Field(description="the point the camera looks from, [x, y, z]")
     target: taken_by(POINT) = Field(description="the point the camera looks at, [x, y, z]")
     up: taken_by(POINT) = None
+    projection: Literal["pinhole", "orthographic"] = "pinhole"
     fov: taken_by(Number(0, 180, "the vertical angle in degrees", inclusive=False)) = 40.0
+    height: taken_by(EXTENT) = None
     size: taken_by(_picture_size) = (512, 512)
 
 

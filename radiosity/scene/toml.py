@@ -239,6 +239,27 @@ def _emission_problems(table, path):
 
 def _camera_problems(table, path):
     """Return what is wrong between the keys of a camera."""
+    return _projection_problems(table, path) + _direction_problems(table, path)
+
+
+def _projection_problems(table, path):
+    """Return which of the keys of a projection are given with the other one, or missing."""
+    projection = table.get("projection", "pinhole")
+    if projection == "orthographic":
+        if "fov" in table:
+            text = "is for pinhole cameras: an orthographic one has height instead"
+            return [at((*path, "fov"), table["fov"], text)]
+        if "height" not in table and set(table) <= set(CameraTable.model_fields):  # no typing error
+            text = "is missing: the vertical extent that an orthographic camera shows"
+            return [f"{dotted((*path, 'height'))} {text}"]
+    elif projection == "pinhole" and "height" in table:
+        text = 'needs projection = "orthographic": a pinhole camera has fov instead'
+        return [at((*path, "height"), table["height"], text)]
+    return []
+
+
+def _direction_problems(table, path):
+    """Return whether a camera looks at nothing or its picture has no top."""
     position, target = value_of(table, "position", POINT), value_of(table, "target", POINT)
     up = value_of(table, "up", POINT)
     if position is None or target is None:
@@ -295,6 +316,6 @@ def _camera(name, table, up):
     axis = np.array(table.up or AXES[up])
     if table.up is None and _parallel(axis, view):
         axis = np.array(AXES["y" if up == "z" else "z"])
-    return Camera(
-        name, np.array(table.position), np.array(table.target), axis, table.fov, table.size
-    )
+    fov = None if table.projection == "orthographic" else table.fov
+    place = np.array(table.position), np.array(table.target), axis
+    return Camera(name, *place, fov, table.size, table.height)

@@ -43,7 +43,7 @@ def make_tracer(
     sides = np.stack([np.arange(patches.fronts), patches.back_of], axis=1)
     optics = make_optics(scene, reach.table)
     size = float(np.ptp(scene.faces.vertices, (0, 1)).max())
-    planes = find_planes(scene.faces, optics, size) if exactly else None
+    planes = find_planes(scene.faces, patches, optics, size) if exactly else None
     space = Space(reach.visibility, reach.table, optics, planes)
     areas = np.zeros(len(scene.faces))
     emitted = np.zeros((len(rows), scene.bands.count))

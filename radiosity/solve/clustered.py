@@ -172,7 +172,7 @@ def solve_clusters(
     factors = repaired(counted_factors(one + two, area, 2 * half))
     tracer, chains = _chains(scene, reach, recipe, labels, lights)
     made = solved(
-        scene, reach, recipe, terms, lights, labels, factors, chains, straight, lamplight, watch
+        scene, reach, recipe, terms, lights, labels, factors, straight, lamplight, chains, watch
     )
     return replace(made, half=counted_factors(one, area, half), tracer=tracer)
 
@@ -190,7 +190,7 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     if level.chains is not None:
         area = np.bincount(level.labels, patches.area[rows], n)
         chains = level.chains.grouped(above, area)
-    made = solved(*parts, above[level.labels], factors, chains, level.straight, level.lamplight)
+    made = solved(*parts, above[level.labels], factors, level.straight, level.lamplight, chains)
     return replace(made, tracer=level.tracer)
 
 
@@ -236,8 +236,16 @@ def _lamplight(reach, rows, lights):
     return lamps_on(reach.visibility, lights.lamps, elements, lights.unit_m)
 
 
+def _scaled(straight, area, stays):
+    """Return straight light (m, bands), scaled so that its power is what ``stays`` (bands,)."""
+    arrived = np.sum(area[:, None] * straight, axis=0)
+    known = (arrived > 0) & (stays > 0)
+    return straight * np.divide(stays, arrived, out=np.ones_like(arrived), where=known)
+
+
 def solved(
-    scene, reach, recipe, terms, lights, labels, factors, chains, straight, lamplight, watch=None
+    scene, reach, recipe, terms, lights, labels, factors, straight, lamplight, chains=None,
+    watch=None,
 ) -> Clustered:
     """Solve the system of clusters and send its light down to the patches.
 
@@ -259,10 +267,7 @@ def solved(
     def mean(x):
         return pulled(x) / np.bincount(labels, area, n)[:, None]
 
-    stays = (1.0 - factors.loss) @ pulled(emission - own)
-    arrived = np.sum(area[:, None] * straight, axis=0)
-    known = (arrived > 0) & (stays > 0)
-    kept = straight * np.divide(stays, arrived, out=np.ones_like(arrived), where=known)
+    kept = _scaled(straight, area, (1.0 - factors.loss) @ pulled(emission - own))
     sheets = None
     if terms.transmittance is not None:
         sheets = sheets_of(terms, make_elements(patches, rows, 0), rows)

@@ -15,6 +15,7 @@ from radiosity.light.coherent import Constant
 from radiosity.light.sources import Light
 from radiosity.mesh.elements import Elements
 from radiosity.mesh.faces import Faces
+from radiosity.mesh.patches import Patches
 from radiosity.transport.arrival import Senders, make_senders, weights_of
 from radiosity.transport.exchange import make_geometry
 from radiosity.transport.lamps import lamp_irradiance
@@ -70,8 +71,13 @@ class Planes:
         return table[state, self.of_side[face, back]]
 
 
-def find_planes(faces: Faces, optics: Optics, size: float) -> Planes | None:
-    """Return the mirrors that are followed exactly, None where there are none, or too many."""
+def find_planes(
+    faces: Faces, patches: Patches, optics: Optics, size: float
+) -> Planes | None:
+    """Return the mirrors that are followed exactly, None where there are none, or too many.
+
+    Of a mirror that other faces cover in part the ``patches`` tell what is left.
+    """
     normals = faces.normals()
     of_side, planes, keys = np.full((len(faces), 2), -1), [], {}
     for face in range(len(faces)):
@@ -88,11 +94,20 @@ def find_planes(faces: Faces, optics: Optics, size: float) -> Planes | None:
             of_side[face, back] = k
             if k == len(planes):
                 planes.append((normal, level, [], side.mirror.share))
-            planes[k][2].append(faces.vertices[face])
+            planes[k][2] += _uncovered(faces, patches, face, back)
     if not 0 < len(planes) <= MOST_PLANES:
         return None
-    made = tuple(Plane(n, d, np.array(v), share) for n, d, v, share in planes)
+    made = tuple(
+        Plane(n, d, np.array(v).reshape(-1, 4, 3), share) for n, d, v, share in planes
+    )
     return Planes(made, of_side, _sequences(made, size))
+
+
+def _uncovered(faces, patches, face, back):
+    """Return the polygons of a face's side that nothing lies on: the face where nothing does."""
+    mine = np.flatnonzero(patches.face[: patches.fronts] == face)
+    bare = patches.behind[mine, back] < 0
+    return [faces.vertices[face]] if bare.all() else list(patches.vertices[mine[bare]])
 
 
 def _is_plain(side):
@@ -110,7 +125,7 @@ def _sequences(planes, size):
         for seq, share in fresh:
             for k, plane in enumerate(planes):
                 part = share * float(plane.share.max())
-                if part < LEAST or (seq and not _face(planes[seq[-1]], plane, flat)):
+                if part < LEAST or not len(plane.windows) or (seq and not _face(planes[seq[-1]], plane, flat)):
                     continue
                 longer.append(((*seq, k), part))
         longer.sort(key=lambda pair: -pair[1])

@@ -1,4 +1,4 @@
-"""Pinhole camera: which way a pixel looks, and where on the picture a point appears.
+"""Cameras: where from and which way a pixel looks, and where on the picture a point appears.
 
 Pixel coordinates are continuous: x to the right, y down, (0, 0) the picture's upper left corner,
 pixel (i, j) has its centre at (i + 0.5, j + 0.5). Pixels are square and ``fov`` is vertical, so
@@ -40,10 +40,14 @@ def basis(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return right, np.cross(right, forward), forward
 
 
-def rays(camera: Camera, size: tuple[int, int], pixel_xy: np.ndarray) -> np.ndarray:
-    """Return the directions in which points of the picture look.
+def rays(
+    camera: Camera, size: tuple[int, int], pixel_xy: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return where sight lines through points of the picture begin, and their directions.
 
-    d = forward + s (x - w/2) right + s (h/2 - y) up, normalised; s = 2 tan(fov/2)/h.
+    With a = s (x - w/2), b = s (h/2 - y): a pinhole camera looks from its position along
+    forward + a right + b up, normalised, s = 2 tan(fov/2)/h; an orthographic one from
+    position + a right + b up along forward, s = height/h.
 
     Parameters
     ----------
@@ -54,21 +58,28 @@ def rays(camera: Camera, size: tuple[int, int], pixel_xy: np.ndarray) -> np.ndar
 
     Returns
     -------
-    (k, 3) float64
+    origins : (k, 3) float64
+        Scene units.
+    directions : (k, 3) float64
         Unit vectors.
 
     Raises
     ------
     ValueError
-        Where the camera, its fov or the size is impossible.
+        Where the camera, its fov or height, or the size is impossible.
     """
     right, up, forward = basis(camera)
     width, height = size
     x, y = np.moveaxis(np.asarray(pixel_xy, dtype=np.float64), -1, 0)
     scale = _pixel_size(camera, size)
     across, above = scale * (x - 0.5 * width), scale * (0.5 * height - y)
-    direction = forward + across[..., None] * right + above[..., None] * up
-    return direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+    aside = across[..., None] * right + above[..., None] * up
+    position = np.asarray(camera.position, dtype=np.float64)
+    if camera.orthographic:
+        return position + aside, np.broadcast_to(forward, aside.shape).copy()
+    direction = forward + aside
+    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    return np.broadcast_to(position, direction.shape).copy(), direction
 
 
 def project(
@@ -76,8 +87,8 @@ def project(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return where points appear on the picture: the inverse of `rays`.
 
-    With v = point - position and depth = v.forward:
-    x = w/2 + v.right/(s depth), y = h/2 - v.up/(s depth), s = 2 tan(fov/2)/h.
+    With v = point - position, depth = v.forward and s as in `rays`, x = w/2 + v.right/(s d),
+    y = h/2 - v.up/(s d), where d = depth of pinhole cameras and 1 of orthographic ones.
 
     Parameters
     ----------
@@ -95,20 +106,27 @@ def project(
     """
     right, up, forward = basis(camera)
     width, height = size
-    scale = _pixel_size(camera, size)
     offset = np.asarray(points, dtype=np.float64) - np.asarray(camera.position, dtype=np.float64)
     depth = offset @ forward
-    plane = scale * np.where(depth > 0, depth, np.nan)
+    shrinks = np.ones_like(depth) if camera.orthographic else depth
+    plane = _pixel_size(camera, size) * np.where(depth > 0, shrinks, np.nan)
     x = 0.5 * width + (offset @ right) / plane
     y = 0.5 * height - (offset @ up) / plane
     return np.stack([x, y], axis=-1), depth
 
 
 def _pixel_size(camera, size):
-    """Return s, the side of a pixel on the picture plane at distance 1."""
+    """Return s, the side of a pixel: on the picture plane at distance 1, or anywhere."""
     width, height = size
     if width < 1 or height < 1:
         raise ValueError(f"picture size = {width} x {height} must be at least 1 x 1 pixels")
+    if camera.orthographic:
+        if not 0.0 < camera.height < np.inf:
+            raise ValueError(
+                f"cameras.{camera.name}.height = {camera.height} must be positive and finite: "
+                "it is the vertical extent shown, in scene units"
+            )
+        return camera.height / height
     if not 0.0 < camera.fov < 180.0:
         raise ValueError(
             f"cameras.{camera.name}.fov = {camera.fov} must lie between 0 and 180 degrees: "

@@ -205,8 +205,7 @@ def _add(solution, shading, camera, index, pixels, film):
     """Add one pass's light to some pixels."""
     xy = np.empty((len(pixels), 2))
     _jitter(pixels, film.width, index, solution.seed, xy)
-    directions = rays(camera, (film.width, film.height), xy)
-    origins = np.broadcast_to(camera.position, directions.shape)
+    origins, directions = rays(camera, (film.width, film.height), xy)
     rows, points = first_rows(solution, origins, directions)
     leaving, indirect, diffuse = np.zeros((3, len(pixels), film.bands.count))
     nearness, plane = np.zeros(len(pixels)), np.full(len(pixels), MIXED)

@@ -3,12 +3,16 @@
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radiosity.light.colour import encode, in_gamut, outside
-from radiosity.light.photometry import luminance
+from radiosity.light.photometry import luminance, photometric
 from radiosity.transport.files import written_whole
+
+if TYPE_CHECKING:
+    from radiosity.view.falsecolour import Scale
 
 _SHOWN = 0.8  # linear display value of the percentile below, automatic exposure
 _PERCENTILE = 0.9
@@ -83,6 +87,11 @@ class Image:
         """Return how many pixels lie outside of sRGB: kept in linear files, greyed in ``.png``."""
         return int(np.sum(outside(self.pixels * self.exposure)))
 
+    @property
+    def luminance(self) -> np.ndarray:
+        """Return (h, w) float64 luminance in cd/m2, 0 where it would be negative."""
+        return np.maximum(photometric(self.pixels.astype(np.float64)), 0.0)
+
     def shown(self, gamma: float | None = None) -> np.ndarray:
         """Return (h, w, 3) uint8 for a screen of sRGB, or of a gamma; greyed where `outside`.
 
@@ -140,17 +149,24 @@ def exposure_for(luminances: np.ndarray, weights: np.ndarray) -> float:
     return float(_SHOWN / level)
 
 
-def write(image: Image, path: str | PathLike, gamma: float | None = None) -> None:
+def write(
+    image: Image,
+    path: str | PathLike,
+    gamma: float | None = None,
+    scale: "Scale | None" = None,
+) -> None:
     """Write a picture: whole, or not at all.
 
-    ``.png`` is tone-mapped with the image's exposure (8-bit sRGB, or for screens of a ``gamma``);
-    ``.exr`` and ``.npy`` keep the float32 radiance exactly; ``.hdr`` (Radiance RGBE) keeps it to
-    1/256 of a pixel's brightest band, negative values become 0.
+    ``.png`` is tone-mapped with the image's exposure (8-bit sRGB, or for screens of a ``gamma``),
+    or with a ``scale`` (`radiosity.view.falsecolour.Scale`) shows luminance in false colours
+    beside the scale; ``.exr`` and ``.npy`` keep the float32 radiance exactly; ``.hdr`` (Radiance
+    RGBE) keeps it to 1/256 of a pixel's brightest band, negative values become 0.
 
     Raises
     ------
     ValueError
-        For any other suffix, a gamma that is not positive, or one for what is not ``.png``.
+        For any other suffix, a gamma that is not positive, a gamma or scale for what is not
+        ``.png``, or both.
     OSError
         Where the file cannot be written.
 
@@ -158,21 +174,26 @@ def write(image: Image, path: str | PathLike, gamma: float | None = None) -> Non
     --------
     >>> write(Image(np.ones((2, 3, 3))), "grey.exr")
     """
-    suffix = check_suffix(path, gamma)
+    suffix = check_suffix(path, gamma, scale is not None)
     with written_whole(path) as temporary:
-        if gamma is None:
+        if gamma is None and scale is None:
             _WRITERS[suffix](image, temporary)
         else:
-            _write_png(image, temporary, gamma)
+            _write_png(image, temporary, gamma, scale)
 
 
-def check_suffix(path: str | PathLike, gamma: float | None = None) -> str:
+def check_suffix(
+    path: str | PathLike, gamma: float | None = None, false_colours: bool = False
+) -> str:
     """Return a picture file's suffix; raise ValueError where it is none that `write` knows."""
     suffix = Path(path).suffix.lower()
     if gamma is not None:
         encode(0.0, gamma)
-        if suffix in _WRITERS and suffix != ".png":
-            raise ValueError(f"gamma = {gamma:g} is for .png: {suffix} keeps linear radiance")
+        if false_colours:
+            raise ValueError("false colours are given as a screen shows them: leave out gamma")
+    asked = "false colours are" if false_colours else gamma and f"gamma = {gamma:g} is"
+    if asked and suffix in _WRITERS and suffix != ".png":
+        raise ValueError(f"{asked} for .png: {suffix} keeps linear radiance")
     if suffix not in _WRITERS:
         raise ValueError(
             f"picture file {str(path)!r} has the suffix {suffix!r}; supported are "
@@ -189,10 +210,16 @@ def _percentile(values, weights):
     return values[order][at]
 
 
-def _write_png(image, path, gamma=None):
+def _write_png(image, path, gamma=None, scale=None):
     import imageio.v3
 
-    imageio.v3.imwrite(path, image.shown(gamma), extension=".png")
+    if scale is None:
+        shown = image.shown(gamma)
+    else:
+        from radiosity.view.falsecolour import false_colours
+
+        shown = false_colours(image.luminance, scale)
+    imageio.v3.imwrite(path, shown, extension=".png")
 
 
 def _write_exr(image, path):

@@ -11,6 +11,7 @@ import numpy as np
 from radiosity.scene.model import Camera
 from radiosity.solve.solution import Solution
 from radiosity.view import gather
+from radiosity.view.tones import Tones
 
 
 @dataclass(frozen=True)
@@ -33,15 +34,20 @@ class Job:
     """
 
     def __init__(
-        self, solution: Solution, camera: Camera, samples: int | None, turn: threading.Lock
-    ):  # fmt: skip
+        self,
+        solution: Solution,
+        camera: Camera,
+        samples: int | None,
+        turn: threading.Lock,
+        tones: Tones,
+    ):
         """Start to gather; of the jobs that share ``turn`` one computes at a time."""
         self._expected = gather.pass_count(samples)
         self.error = None
         self._newest = self._returned = _Progress(0, None)
         self._stopped = threading.Event()
         self.thread = threading.Thread(
-            target=self._run, args=(solution, camera, samples, turn), daemon=True
+            target=self._run, args=(solution, camera, samples, turn, tones), daemon=True
         )
         self.thread.start()
 
@@ -72,7 +78,7 @@ class Job:
         """Let the thread end soon, within the pass that it computes."""
         self._stopped.set()
 
-    def _run(self, solution, camera, samples, turn):
+    def _run(self, solution, camera, samples, turn, tones):
         try:
             with turn:
                 if self._stopped.is_set():
@@ -81,7 +87,7 @@ class Job:
                     solution, camera, size=camera.size, samples=samples, stop=self._stopped.is_set
                 )
                 for done, image in enumerate(passes, start=1):
-                    self._newest = _Progress(done, image.shown())
+                    self._newest = _Progress(done, tones.picture(image))
                 if not self._stopped.is_set():
                     self._newest = replace(self._newest, last=True)
         except Exception as error:  # for the main thread to raise
@@ -91,15 +97,15 @@ class Job:
 class Cover:
     """A picture laid over a renderer pixel for pixel, not scaled."""
 
-    def __init__(self, renderer):
-        """Make ready to cover a VTK renderer that fills its window."""
+    def __init__(self, renderer, layer: int):
+        """Make ready to cover a VTK renderer that fills its window, above lower layers."""
         from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
 
         self._mapper, self._actor = vtkImageMapper(), vtkActor2D()
         self._mapper.SetColorWindow(255.0)  # with this level, bytes are shown as they are
         self._mapper.SetColorLevel(127.5)
         self._actor.SetMapper(self._mapper)
-        self._actor.SetLayerNumber(0)
+        self._actor.SetLayerNumber(layer)
         self._actor.VisibilityOff()
         renderer.AddViewProp(self._actor)
 
@@ -108,14 +114,15 @@ class Cover:
         """Return whether a picture is shown."""
         return bool(self._actor.GetVisibility())
 
-    def show(self, picture: np.ndarray) -> None:
-        """Lay (h, w, 3) uint8 over the window; VTK counts rows from the bottom."""
+    def show(self, picture: np.ndarray, left: int = 0) -> None:
+        """Lay (h, w, 3) uint8 over the window from a column on; VTK counts rows from the bottom."""
         import pyvista
 
         height, width, _ = picture.shape
         image = pyvista.ImageData(dimensions=(width, height, 1))
         image.point_data["rgb"] = np.ascontiguousarray(picture[::-1]).reshape(-1, 3)
         self._mapper.SetInputData(image)
+        self._actor.SetPosition(left, 0)
         self._actor.VisibilityOn()
 
     def hide(self) -> None:

@@ -18,25 +18,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radiosity.light.colour import in_gamut
 from radiosity.scene.model import Camera
 from radiosity.solve.solution import Solution
 from radiosity.transport.files import written_whole
 from radiosity.view import gather
 from radiosity.view.camera import basis
-from radiosity.view.image import tone_map
 from radiosity.view.polydata import to_pyvista
 from radiosity.view.progressive import Cover, Job
 from radiosity.view.shading import auto_exposure
+from radiosity.view.standpoint import current_camera, look_from
+from radiosity.view.tones import Tones
 
 if TYPE_CHECKING:
-    import pyvista
+    from radiosity.view.falsecolour import Scale
 
 REST = 0.3  # seconds without movement after which a view is gathered
 TICK = 0.01  # seconds between two looks for events and news
 PARTING = 0.5  # seconds that closing waits for the thread, which ends after its pass
 FILL = 0.9  # of the screen that a window takes at most, unless a size is asked for
-HELP = "drag turns, wheel zooms     g gather   e edges   r reset   s save   q quit"
+HELP = "drag turns, wheel zooms   g gather  c camera  e edges  r reset  s save  q quit"
 
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
@@ -54,6 +54,8 @@ def show(
     size: tuple[int, int] | None = None,
     off_screen: bool = False,
     samples: int | None = None,
+    exposure: float | None = None,
+    scale: "Scale | None" = None,
 ) -> np.ndarray | None:
     """Show a solution until the user closes the window; in a notebook, its picture inline.
 
@@ -69,6 +71,10 @@ def show(
     samples : int, optional
         Rays over each pixel's hemisphere that a gathered view ends with; by default the accuracy of
         the solution decides.
+    exposure : float, optional
+        Display value per radiance, instead of the automatic one.
+    scale : Scale, optional
+        Of `radiosity.view.falsecolour`: luminance in false colours instead, with the scale.
 
     Returns
     -------
@@ -89,7 +95,8 @@ def show(
     >>> show(solution, size=(64, 48), off_screen=True).shape
     (48, 64, 3)
     """
-    window = Window(solution, camera, size, samples=samples, off_screen=off_screen)
+    tones = Tones(auto_exposure(solution) if exposure is None else exposure, scale)
+    window = Window(solution, camera, size, samples=samples, off_screen=off_screen, tones=tones)
     try:
         return window.screenshot() if off_screen else window.run()
     finally:
@@ -119,16 +126,6 @@ def display_available() -> bool:
     return answer.returncode == 0 and answer.stdout.strip().endswith("True")
 
 
-def current_camera(plotter: "pyvista.Plotter", name: str) -> Camera:
-    """Return where a pyvista window looks from at this moment, at its size in pixels."""
-    seen = plotter.renderer.GetActiveCamera()
-    position, target, up = (
-        np.array(v) for v in (seen.GetPosition(), seen.GetFocalPoint(), seen.GetViewUp())
-    )
-    size = tuple(plotter.render_window.GetSize())
-    return Camera(name, position, target, up, seen.GetViewAngle(), size)
-
-
 class Window:
     """A pyvista window on a solution.
 
@@ -149,11 +146,13 @@ class Window:
         *,
         samples: int | None = None,
         off_screen: bool = False,
+        tones: Tones | None = None,
     ):
         """Build the window, without entering its loop; see `show` for the parameters."""
         import pyvista
 
         self._solution, self._samples = solution, samples
+        self._tones = tones or Tones(auto_exposure(solution))
         self._home = gather.find_camera(solution.scene, camera)
         basis(self._home)  # refuses a camera that cannot look
         gather.pass_count(samples)  # refuses a number out of range
@@ -168,12 +167,13 @@ class Window:
             if not size:
                 _fit_to_screen(self.plotter.render_window)
         self.plotter.enable_anti_aliasing("msaa", multi_samples=4)
-        self._add_surfaces(tone_map)
-        self._cover = Cover(self.plotter.renderer)
+        self._add_surfaces(self._tones.shown)
+        self._cover, self._bar = (Cover(self.plotter.renderer, layer) for layer in (0, 1))
         self._help, self._note = self._text(HELP, 8), self._text("", 28)
         self._reset()
         self._bind_keys()
         self._seen, self._since = self._view(), time.monotonic()
+        self._place_scale(self._seen[-2:])
         self.plotter.renderer.AddObserver("StartEvent", lambda *_: self._follow())
         inline = {"jupyter_backend": "static"} if self.plotter.notebook else {}
         self.plotter.show(interactive=False, auto_close=False, **inline)
@@ -204,7 +204,7 @@ class Window:
         if self._job is None:
             if time.monotonic() - self._since >= REST:
                 camera = current_camera(self.plotter, "window")
-                self._job = Job(self._solution, camera, self._samples, self._turn)
+                self._job = Job(self._solution, camera, self._samples, self._turn, self._tones)
                 self._tell()
             return
         if self._job.error is not None:
@@ -244,15 +244,24 @@ class Window:
     def _add_surfaces(self, display):
         """Add the solved patches, seen from their active sides only, and what is behind them."""
         mesh = to_pyvista(self._solution)
-        exposure, to_rgb = auto_exposure(self._solution), self._solution.scene.bands.to_rgb
+        to_rgb = self._solution.scene.bands.to_rgb
         corners = mesh.point_data["radiosity_W_m2"].reshape(mesh.n_points, -1)
-        mesh.point_data["shown"] = display(in_gamut(to_rgb(corners) / np.pi * exposure), 1.0)
+        mesh.point_data["shown"] = display(to_rgb(corners) / np.pi)
         self._surfaces = self.plotter.add_mesh(
             mesh, scalars="shown", rgb=True, lighting=False, culling="back",
             edge_color="#404448", line_width=1, reset_camera=False, show_scalar_bar=False,
         )  # fmt: skip
-        outside = to_rgb(self._solution.surroundings.field.outside) / np.pi * exposure
-        self.plotter.set_background([int(v) for v in display(in_gamut(outside), 1.0)])
+        outside = to_rgb(self._solution.surroundings.field.outside) / np.pi
+        self.plotter.set_background([int(v) for v in display(outside)])
+
+    def _place_scale(self, size):
+        """Lay the scale of false colours over the right edge of a window of so many pixels."""
+        if self._tones.scale is None:
+            return
+        from radiosity.view.falsecolour import bar
+
+        strip = bar(self._tones.scale, size[1], over=True, under=self._tones.scale.minimum > 0)
+        self._bar.show(strip, size[0] - strip.shape[1])
 
     def _text(self, words, height):
         actor = self.plotter.add_text(
@@ -270,6 +279,7 @@ class Window:
         self.plotter.enable_terrain_style(mouse_wheel_zooms=True, shift_pans=True)
         self.plotter.iren.clear_key_event_callbacks()
         for key, action in {
+            "c": self._next_camera,
             "e": self._toggle_edges,
             "g": self._toggle_gathering,
             "r": self._reset,
@@ -283,12 +293,14 @@ class Window:
     def _view(self):
         """Return all that decides what a pixel shows."""
         c = current_camera(self.plotter, "")
-        return (*c.position, *c.target, *c.up, c.fov, *c.size)
+        return (*c.position, *c.target, *c.up, c.fov, c.height, *c.size)
 
     def _follow(self):
         """Uncover the moving surfaces, and stop gathering what is no longer looked at."""
         view = self._view()
         if view != self._seen:
+            if view[-2:] != self._seen[-2:]:
+                self._place_scale(view[-2:])
             self._seen, self._since = view, time.monotonic()
             self._drop()
 
@@ -330,14 +342,16 @@ class Window:
 
     def _reset(self):
         """Look from the scene's camera, turning about a point within the scene."""
-        camera, seen = self._home, self.plotter.renderer.GetActiveCamera()
-        seen.SetPosition(camera.position)
-        seen.SetFocalPoint(_pivot(camera, self._solution.scene.faces.vertices))
-        seen.SetViewUp(camera.up)  # also the axis that dragging turns about
-        seen.SetViewAngle(camera.fov)
-        self.plotter.renderer.camera.is_set = True
-        self.plotter.renderer.ResetCameraClippingRange()
+        look_from(self.plotter, self._home, self._solution.scene.faces.vertices)
         self.plotter.render()
+
+    def _next_camera(self):
+        """Look from the scene's next camera, to which a reset then returns."""
+        cameras = list(self._solution.scene.cameras.values())
+        here = [k for k, camera in enumerate(cameras) if camera is self._home]
+        if cameras:
+            self._home = cameras[(here[0] + 1) % len(cameras) if here else 0]
+            self._reset()
 
     def _save(self):
         """Write what the window shows as a PNG file into the current folder."""
@@ -359,19 +373,6 @@ class Window:
         self.gathering = False
         self._drop()
         self.plotter.iren.terminate_app()
-
-
-def _pivot(camera, vertices):
-    """Return the point to turn about: the target, or abreast of the scene's middle if outside.
-
-    It lies on the line of sight, so the picture does not depend on it.
-    """
-    low, high = vertices.reshape(-1, 3).min(axis=0), vertices.reshape(-1, 3).max(axis=0)
-    if np.all((low <= camera.target) & (camera.target <= high)):
-        return camera.target
-    forward = basis(camera)[2]
-    depth = forward @ ((low + high) / 2 - camera.position)
-    return camera.position + depth * forward if depth > 0 else camera.target
 
 
 def _check_display():
