@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-RINGS, SLICES = 16, 24
+RINGS, SLICES = 8, 16
 
 
 def ball(rings: int = RINGS, slices: int = SLICES) -> str:

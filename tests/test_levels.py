@@ -179,3 +179,15 @@ def test_the_window_shows_what_was_not_solved():
     assert shown.max() > 50
     dark = replace(stage, irradiance_on=np.zeros_like(stage.irradiance_on))
     assert show(dark, size=(32, 24), off_screen=True).mean() < shown.mean()
+
+
+@pytest.mark.parametrize("method", ["raytrace", "local"])
+def test_highlights_of_area_lights_are_whole_without_rays_of_lobes(method):
+    """As in the gather, where rays that lobes choose have their share of them."""
+    lobe = Phong(0.5 * ONE, 20.0)
+    lamp = [[[1, -0.5, 2], [1, 0.5, 2], [2, 0.5, 2], [2, -0.5, 2]]]
+    parts = [(wall(0), surface("gloss", specular=lobe)), (lamp, surface("lamp", radiance=8.0))]
+    scene = scene_of(parts, [-1.5, 0, 2], [0, 0, 0], 30, (12, 12))
+    expected = radiosity.render(radiosity.solve(scene, 0.3), samples=512).pixels
+    found = picture(scene, method, samples=512)
+    assert found.mean() == pytest.approx(expected.mean(), rel=0.01)

@@ -23,10 +23,22 @@ def irradiance_sent_on(
     sides, hits : (p, n) int, (p, n, 3) float32
         What these met.
     """
-    begin, directions = rays_from(around.visibility, points, normals, keys, samples, seed)
-    ends = sides.ravel(), hits.reshape(-1, 3)
-    found = sent_on(around, begin, directions, *ends, keys, samples, seed)
-    return found.reshape(*sides.shape, -1).mean(axis=1)
+    found = np.zeros((len(points), around.space.optics.bands))
+    p = np.flatnonzero(_changed(around.space, sides.ravel()).reshape(sides.shape).any(axis=1))
+    if len(p):
+        here = points[p], normals[p], keys[p], samples, seed
+        begin, directions = rays_from(around.visibility, *here)
+        ends = sides[p].ravel(), hits[p].reshape(-1, 3)
+        more = sent_on(around, begin, directions, *ends, keys[p], samples, seed)
+        found[p] = more.reshape(len(p), len(samples), -1).mean(axis=1)
+    return found
+
+
+def _changed(space, sides) -> np.ndarray:
+    """Return (k,) bool: rays that may bring other light than what leaves their ends evenly."""
+    if space.optics.absorption.any():
+        return np.ones(len(sides), bool)
+    return space.sends_on(sides)
 
 
 def sent_on(
@@ -43,10 +55,21 @@ def sent_on(
     keys, samples : (p,) int, range
         As for `radiosity.transport.irradiance.sent_along`: k = p len(samples).
     """
-    space, lights, count = around.space, around.lights, len(samples)
-    owner = np.repeat(np.arange(len(keys)), count)
-    start = first_rays(space, sides, hits, origins, directions, owner)
-    keys, index = keys[owner], np.tile(np.asarray(samples), len(keys))
+    space = around.space
+    found = np.zeros((len(sides), space.optics.bands))
+    k = np.flatnonzero(_changed(space, sides))
+    if not len(k):
+        return found
+    owner = np.repeat(np.arange(len(keys)), len(samples))[k]
+    index = np.tile(np.asarray(samples), len(keys))[k]
+    start = first_rays(space, sides[k], hits[k], origins[k], directions[k], owner)
+    found[k] = _along(around, start, keys[owner], index, seed)
+    return found
+
+
+def _along(around, start, keys, index, seed):
+    """Return what `sent_on` does, of rays where they end first."""
+    space, lights, sides, hits = around.space, around.lights, start.sides, start.hits
     found = np.pi * start.share * in_lobes(space, lights, start, keys, index, 0, seed)
     dim = np.flatnonzero((start.share != 1.0).any(axis=1))
     found[dim] += (start.share[dim] - 1.0) * carried(around, sides[dim], hits[dim])

@@ -205,6 +205,8 @@ def follow(
         if not len(rays.ray):
             return
         sent = list(_sent_on(space, rays, keys, index, bounce, seed, lobes))
+        if not sent:  # by lobes only, which are not followed
+            return
         rays = _joined([_kept(bundle, origin, least) for bundle, origin in sent])
         if not len(rays.ray):
             return
