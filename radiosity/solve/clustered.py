@@ -123,7 +123,7 @@ class Clustered:
         flat = np.zeros((len(self.reach.patches), value.shape[1], 3))
         return surroundings_of(
             self.scene, self.reach, self.lights, self.on_patches(value), flat, self.recipe.seed,
-            False, self.tracer and self.tracer.space,
+            False, self.tracer,
         )  # fmt: skip
 
     def gathered(
@@ -146,6 +146,10 @@ class Clustered:
                 for some in (range(half), range(half, 2 * half))
             )  # fmt: skip
             total[a:b], error[a:b] = (one + two) / 2.0, GATHER / 2.0 * np.abs(one - two) / 2.0
+            if around.tracer is not None and around.tracer.caustics is not None:
+                more, noise = around.tracer.caustics.at(points[a:b], normals[a:b])
+                total[a:b] += more
+                error[a:b] = np.hypot(error[a:b], noise)
 
         over_ranges(work, k, max(1, POINTS_AT_ONCE // (2 * half)), "irradiance", progress)
         return Arrival(total, error, np.ones(k))

@@ -135,7 +135,7 @@ class Level:
             value = value - self.emitted - self._reflectance * self._straight(self.emitted)
         return surroundings_of(
             self.scene, self.reach, lights, self.on_patches(value), self._slopes(value),
-            self.recipe.seed, True, self.tracer and self.tracer.space,
+            self.recipe.seed, True, self.tracer,
         )  # fmt: skip
 
     def _slopes(self, value):

@@ -11,12 +11,12 @@ from radiosity.transport.irradiance import FINER, Field, Lights, Surroundings
 from radiosity.transport.shine import shine
 
 if TYPE_CHECKING:
-    from radiosity.transport.paths import Space
+    from radiosity.transport.tracer import Tracer
 
 
 def surroundings_of(
     scene: Scene, reach: Reach, lights: Lights, value: np.ndarray, slopes: np.ndarray,
-    seed: int, finely: bool, space: "Space | None" = None,
+    seed: int, finely: bool, tracer: "Tracer | None" = None,
 ) -> Surroundings:  # fmt: skip
     """Return lights, lit patches and the outside as rays meet them.
 
@@ -48,4 +48,5 @@ def surroundings_of(
     row[:, 1] = patches.back_of
     outside = np.pi * scene.ambient
     field = Field(row.ravel(), value, slopes, patches.centroid, outside, direct)
-    return Surroundings(reach.visibility, reach.table, field, lights, space)
+    made = reach.visibility, reach.table, field, lights
+    return Surroundings(*made, tracer and tracer.space, tracer if lights.lamps else None)

@@ -18,6 +18,7 @@ from radiosity.transport.visibility import Visibility
 
 if TYPE_CHECKING:
     from radiosity.transport.paths import Space
+    from radiosity.transport.tracer import Tracer
 
 FINER = 4  # direct light is kept on a grid of FINER x FINER cells for each of a face's own
 
@@ -75,8 +76,9 @@ class Surroundings:
     """All that is needed to find the light that arrives at a point.
 
     ``field`` holds what patches send out evenly beside what ``lights`` emits; ``space`` is there
-    where some send light on along single directions. ``even`` (bands,), W/(m2 sr), if given, comes
-    from everywhere in place of all that rays would meet.
+    where some send light on along single directions, and ``tracer`` where these are known to send
+    on light of lamps. ``even`` (bands,), W/(m2 sr), if given, comes from everywhere in place of all
+    that rays would meet.
     """
 
     visibility: Visibility
@@ -84,6 +86,7 @@ class Surroundings:
     field: Field
     lights: Lights
     space: "Space | None" = None
+    tracer: "Tracer | None" = None
     even: np.ndarray | None = None
 
 

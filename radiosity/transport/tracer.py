@@ -152,6 +152,11 @@ class Tracer:
             found[k] += basis[:, a, None] * coefficients[a * n + owner]
         return found
 
+    def by_lamps(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Return (k, bands) the irradiance at points of surfaces by lamps seen in any mirrors."""
+        found = self.lamplight(points, normals)
+        return found if self.caustics is None else found + self.caustics.near(points, normals)
+
     @property
     def areas_of_elements(self) -> np.ndarray:
         """Return (n,) in scene units."""

@@ -277,14 +277,14 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
     indirect, direct, nearness = _arriving(solution, places, normals, keys, looks, aims)
     glossy = np.zeros_like(direct)
     for which, k in _of_lobes(shading, rows):
-        from radiosity.view.gloss import dimming, entering, glossy_radiance
+        from radiosity.view.gloss import dimming, glossy_radiance
 
         here, lobe = (places[k], normals[k]), _lobe_at(shading, which, face[k], points[k])
         coats = tuple(lobe if c is shading.lobes[which] else c for c in shading.coats[which])
         if coats:
             out = dimming(coats, normals[k], to_view[k])
             indirect[k] *= out
-            direct[k] = out * entering(around, coats, *here, keys[k], aims, seed)
+            direct[k] = out * _entering(around, coats, *here, keys[k], aims, seed)
         glossy[k] = glossy_radiance(around, lobe, *here, to_view[k], keys[k], aims, seed)
     leaving = shading.emission[rows] + lambert(diffuse) * (indirect + direct) + glossy
     if shading.through is not None:
@@ -303,12 +303,22 @@ def _from_behind(solution, shading, rows, points, to_view, keys, looks, aims):
     indirect, direct, _ = _arriving(solution, places, normals, keys, looks, aims)
     for which, k in _of_lobes(shading, rows):
         if coats := shading.coats[which]:
-            from radiosity.view.gloss import dimming, entering
+            from radiosity.view.gloss import dimming
 
             through[k] *= dimming(coats, -normals[k], to_view[k])
             through[k] /= 1.0 - sum(coat.mean_albedo for coat in coats)
-            direct[k] = entering(around, coats, places[k], normals[k], keys[k], aims, seed)
+            direct[k] = _entering(around, coats, places[k], normals[k], keys[k], aims, seed)
     return lambert(through) * (indirect + direct)
+
+
+def _entering(around, coats, points, normals, keys, aims, seed):
+    """Return what `entering` does, with lamps' light by mirrors as if it came evenly."""
+    from radiosity.view.gloss import entering
+
+    direct = entering(around, coats, points, normals, keys, aims, seed)
+    if around.tracer is not None:
+        direct += around.tracer.by_lamps(points, normals)
+    return direct
 
 
 def _of_lobes(shading, rows):
@@ -353,4 +363,6 @@ def _arriving(solution, points, normals, keys, looks, aims):
 
             indirect += irradiance_sent_on(around, points, normals, *met, keys, looks, seed)
     direct = direct_irradiance(visibility, lights, points, normals, keys, aims, seed)
+    if around.tracer is not None:
+        direct += around.tracer.by_lamps(points, normals)
     return indirect, direct, nearness
