@@ -18,14 +18,19 @@ from radiosity.transport.paths import OPEN, Bundle, first_rays, follow
 
 RAYS, IN_ALL = 256, 1 << 18  # from a node at most, and from all together about
 KEY = 1 << 47
+FARTHEST = 600.0  # of ways in a medium, in units of its absorption: e^600 is still a number
 
 
 @dataclass(frozen=True)
 class Onward:
-    """Power in W a band (bands,): what patches sent on, and what of it left without scattering."""
+    """Power in W a band (bands,) that patches sent on.
+
+    ``escaped`` of it left the scene without being scattered, and media ``swallowed`` some.
+    """
 
     sent: np.ndarray
     escaped: np.ndarray
+    swallowed: np.ndarray
 
 
 def find_onward(level) -> Onward:
@@ -35,12 +40,12 @@ def find_onward(level) -> Onward:
     mine = np.flatnonzero(tracer.space.sends_on(place))
     bands = level.scene.bands.count
     if not len(mine):
-        return Onward(np.zeros(bands), np.zeros(bands))
+        return Onward(*np.zeros((3, bands)))
     nodes = make_nodes(make_elements(patches, rows[mine], 1))
     side = place[mine][nodes.owner]
     normals = patches.normal[rows[mine]][nodes.owner]
     k = int(np.clip(IN_ALL // len(side), 16, RAYS))
-    found = np.zeros((2, len(side), bands))
+    found = np.zeros((3, len(side), bands))
     _of_rays(level, nodes.points, normals, side, k, found)
     area = patches.area[rows[mine]] * level.scene.unit_m**2
     fit = nodes.fit[: len(mine)]
@@ -60,11 +65,14 @@ def _of_rays(level, points, normals, side, count, found):
     cosine = np.clip(np.einsum("kc,kc->k", directions, normals[owner]), 0.0, 1.0)
     share = _sent_on(space, side[owner], cosine) / count
     keys, index = keys[owner], np.tile(np.arange(count), len(points))
-    light = tracer.radiosity(start, level.coefficients, level.scene.ambient)
-    np.add.at(found[0], owner, share * light)
+    light = start.weight * tracer.radiosity(start, level.coefficients, level.scene.ambient)
     for ends in follow(space, start, keys, index, seed):
-        light = ends.weight * tracer.radiosity(ends, level.coefficients, level.scene.ambient)
-        np.add.at(found[0], owner[ends.ray], share[ends.ray] * light)
+        more = ends.weight * tracer.radiosity(ends, level.coefficients, level.scene.ambient)
+        np.add.at(light, ends.ray, more)
+    np.add.at(found[0], owner, share * light)
+    if space.optics.absorption.any():
+        lost = _swallowed_next(space, side[owner], points[owner], -directions, seed)
+        np.add.at(found[2], owner, light * lost / count)
     out = np.flatnonzero(sides < 0)
     if level.scene.ambient.any() and len(out):
         light = np.pi * level.scene.ambient / count
@@ -76,13 +84,14 @@ def _of_lamps(level, scene):
     """Return what lamps send to sides, times what these send on of it, bounce by bounce."""
     space, seed = level.tracer.space, level.recipe.seed
     targets = make_targets(scene.faces, space.visibility, space.optics.wanted())
-    sent, escaped = np.zeros((2, scene.bands.count))
+    sent, escaped, swallowed = np.zeros((3, scene.bands.count))
     for number, lamp in enumerate(scene.lights):
         start, power = rays_of(space, targets, lamp, number, scene.unit_m, FEWEST, seed)
         keys, index = np.full(len(power), KEY), np.arange(len(power))
         for ends in itertools.chain([start], follow(space, start, keys, index, seed)):
             light = power[ends.ray] * ends.share
             escaped += light[ends.sides < 0].sum(axis=0)
+            swallowed += (power[ends.ray] * _swallowed(space, ends)).sum(axis=0)
             k = np.flatnonzero(space.sends_on(ends.sides))
             face, back = space.faces(ends.sides[k]), ends.sides[k] % 2 == 1
             points = space.points(ends.hits[k].astype(np.float64))
@@ -91,7 +100,7 @@ def _of_lamps(level, scene):
             )
             share = _sent_on(space, ends.sides[k], np.clip(cosine, 0.0, 1.0))
             sent += (light[k] * share).sum(axis=0)
-    return sent, escaped
+    return sent, escaped, swallowed
 
 
 def _sent_on(space, side, cosine):
@@ -107,14 +116,42 @@ def _left(space, side, points, directions, seed):
 
     Without being scattered on the way.
     """
-    k, bands = len(side), space.optics.bands
-    found = np.zeros((k, bands))
-    hits = ((points - space.visibility.centre) * space.visibility.scale).astype(np.float32)
-    here = Bundle(
-        np.arange(k), side, hits, directions, np.ones((k, bands)), np.ones(k), np.full(k, OPEN),
-        np.zeros(k), np.full(k, np.inf), np.full(k, -1),
-    )  # fmt: skip
+    k = len(side)
+    found = np.zeros((k, space.optics.bands))
+    here = _arriving(space, side, points, directions)
     for ends in follow(space, here, KEY + np.arange(k), np.zeros(k, int), seed):
         out = np.flatnonzero(ends.sides < 0)
         np.add.at(found, ends.ray[out], ends.share[out])
+    return found
+
+
+def _arriving(space, side, points, directions):
+    """Return light that travels to points on sides as a bundle of rays that end there."""
+    k = len(side)
+    hits = ((points - space.visibility.centre) * space.visibility.scale).astype(np.float32)
+    return Bundle(
+        np.arange(k), side, hits, directions, np.ones((k, space.optics.bands)), np.ones(k),
+        np.full(k, OPEN), np.zeros(k), np.full(k, np.inf), np.full(k, -1),
+    )  # fmt: skip
+
+
+def _swallowed_next(space, side, points, directions, seed):
+    """Return (k, bands) the share of light that arrives at sides that is lost in media after."""
+    k = len(side)
+    found = np.zeros((k, space.optics.bands))
+    here = _arriving(space, side, points, directions)
+    for material in range(len(space.optics.sides)):  # a mirrored ray stays in its medium
+        inside = (side % 2 == 1) & (space.optics.material[space.faces(side)] == material)
+        here.medium[inside] = material
+    for ends in follow(space, here, KEY + np.arange(k), np.zeros(k, int), seed, depth=1):
+        np.add.at(found, ends.ray, _swallowed(space, ends))
+    return found
+
+
+def _swallowed(space, ends):
+    """Return (k, bands) what media have taken off the shares of rays on their last way."""
+    found = np.zeros_like(ends.share)
+    k = np.flatnonzero((ends.medium != OPEN) & (ends.sides >= 0))
+    rate = space.optics.absorption[ends.medium[k]] / space.visibility.scale
+    found[k] = ends.share[k] * np.expm1(np.minimum(rate * ends.way[k, None], FARTHEST))
     return found

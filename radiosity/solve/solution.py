@@ -142,7 +142,8 @@ class Solution:
         from radiosity.solve.onward import find_onward
 
         onward = find_onward(level)
-        return Balance(emitted, absorbed - onward.sent, escaped + onward.escaped)
+        absorbed = absorbed - onward.sent + onward.swallowed
+        return Balance(emitted, absorbed, escaped + onward.escaped)
 
     @cached_property
     def _judgement(self):

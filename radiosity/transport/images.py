@@ -94,7 +94,7 @@ def find_planes(
             of_side[face, back] = k
             if k == len(planes):
                 planes.append((normal, level, [], side.mirror.share))
-            planes[k][2] += _uncovered(faces, patches, face, back)
+            planes[k][2].extend(_uncovered(faces, patches, face, back))
     if not 0 < len(planes) <= MOST_PLANES:
         return None
     made = tuple(
@@ -125,7 +125,8 @@ def _sequences(planes, size):
         for seq, share in fresh:
             for k, plane in enumerate(planes):
                 part = share * float(plane.share.max())
-                if part < LEAST or not len(plane.windows) or (seq and not _face(planes[seq[-1]], plane, flat)):
+                unseen = bool(seq) and not _face(planes[seq[-1]], plane, flat)
+                if part < LEAST or not len(plane.windows) or unseen:
                     continue
                 longer.append(((*seq, k), part))
         longer.sort(key=lambda pair: -pair[1])
