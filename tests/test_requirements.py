@@ -56,7 +56,7 @@ TABLE = {
                        "1|exact shadows|nothing|nothing|nothing|1|nothing|linear|gauss-seidel"),
     "sheet in a box": (lambda: scene(np.concatenate([ROOM, SHEET]), 0.5, [*LAMP, 0]),
                    "1|exact shadows|of 1 patches|nothing|nothing|1|nothing|linear|gauss-seidel"),
-    "glossy box": (glossy, "1|nothing|nothing|nothing|lobes|1|nothing|linear|gauss-seidel"),
+    "glossy box": (glossy, "1|nothing|nothing|nothing|lobes|1|nothing|linear|gmres"),
     "white box": (lambda: scene(ROOM, 0.999, LAMP),
                   "1|nothing|nothing|nothing|nothing|1|nothing|linear|direct"),
     "ball in a box": (detailed,

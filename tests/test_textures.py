@@ -249,14 +249,18 @@ def test_the_textured_room_is_read_and_told_of():
 
 
 def test_textured_scenes_go_through_every_verb(folder):
-    """A floor of two bands of 0.2 and 0.6 under a lamp: the picture, irradiance and powers."""
+    """A floor of two bands of 0.2 and 0.6 under a lamp: the picture, irradiance and powers.
+
+    The points are what the middles of two pixels look at, (i + 1/2)/16 over 2 * 0.8 tan(25).
+    """
     np.save(folder / "b.npy", np.repeat([[0.2, 0.2, 0.6, 0.6]], 2, axis=0))
     lamp = '[[geometry]]\nmaterial = "lamp"\n'
     lamp += "polygons = [[[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]]]\n"
     more = "\n[materials.lamp]\ndiffuse = 0\nemission = { exitance = 10 }\n[cameras.c]\n"
     more += "position = [0.5, 0.5, 0.8]\ntarget = [0.5, 0.5, 0]\nup = [0, 1, 0]\nfov = 50\n"
     load(folder, 'diffuse = { texture = "b.npy" }' + more, FLOOR + lamp)
-    (folder / "p.csv").write_text("x,y,z,nx,ny,nz\n0.25,0.5,0,0,0,1\n0.75,0.5,0,0,0,1\n")
+    (folder / "p.csv").write_text("x,y,z,nx,ny,nz\n0.29016,0.47668,0,0,0,1\n"
+                                  "0.70984,0.47668,0,0,0,1\n")
 
     def verb(*words):
         every = [sys.executable, "-m", "radiosity", *words, "--quiet"]
@@ -266,7 +270,7 @@ def test_textured_scenes_go_through_every_verb(folder):
     path = str(folder / "s.toml")
     verb("probe", path, str(folder / "p.csv"), "-o", str(folder / "E.csv"))
     verb("solve", path, "-o", str(folder / "s.npz"))
-    verb("render", path, "-o", str(folder / "i.npy"), "--size", "16x16", "--samples", "8")
+    verb("render", path, "-o", str(folder / "i.npy"), "--size", "16x16", "--samples", "128")
     E = np.genfromtxt(folder / "E.csv", delimiter=",", names=True)["E_r"]
     assert E[0] == pytest.approx(E[1], rel=0.01)  # the lamp reflects nothing
     pixels = np.load(folder / "i.npy")[8, :, 0]

@@ -1,5 +1,7 @@
 """Albedo of a material under diffuse light: what it sends back evenly, and what along rays."""
 
+import math
+
 import numpy as np
 
 from radiosity.scene.model import Material
@@ -14,15 +16,9 @@ def reflectance_of(material: Material) -> np.ndarray:
     return material.diffuse * let_in(material)
 
 
-def under_mirror(material: Material) -> np.ndarray:
-    """Return the (bands,) reflectance of the base under a mirror, as a lobe upon it finds it."""
-    coats = (c for c in material.coats if c is material.mirror)
-    return material.diffuse * np.prod([1.0 - c.mean_albedo for c in coats], axis=0)
-
-
 def let_in(material: Material) -> np.ndarray | float:
     """Return the (bands,) share of diffuse light that a material's coats let through."""
-    return np.prod([1.0 - c.mean_albedo for c in material.coats], axis=0)
+    return math.prod(1.0 - c.mean_albedo for c in material.coats)
 
 
 def sent_on(material: Material) -> np.ndarray:

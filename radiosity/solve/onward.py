@@ -6,7 +6,7 @@ leave the scene again without ever being scattered.
 """
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,9 +14,14 @@ from radiosity.mesh.elements import make_elements, make_nodes
 from radiosity.transport.aiming import make_targets
 from radiosity.transport.caustics import FEWEST, rays_of
 from radiosity.transport.hemisphere import meet, rays_from
-from radiosity.transport.paths import OPEN, Bundle, first_rays, follow
+from radiosity.transport.highlights import on_polygon
+from radiosity.transport.irradiance import direct_irradiance
+from radiosity.transport.paths import OPEN, Bundle, first_rays, follow, squares
+from radiosity.transport.tracer import Step
 
 RAYS, IN_ALL = 256, 1 << 18  # from a node at most, and from all together about
+AIMED = 16  # points on a light
+GRAZING = 0.1  # cosine of the angle of light from what barely rises over a plane
 KEY = 1 << 47
 FARTHEST = 600.0  # of ways in a medium, in units of its absorption: e^600 is still a number
 
@@ -47,6 +52,8 @@ def find_onward(level) -> Onward:
     k = int(np.clip(IN_ALL // len(side), 16, RAYS))
     found = np.zeros((3, len(side), bands))
     _of_rays(level, nodes.points, normals, side, k, found)
+    for light in range(len(tracer.lights.polygons)):
+        found[0] += _of_light(tracer, light, nodes.points, normals, side)
     area = patches.area[rows[mine]] * level.scene.unit_m**2
     fit = nodes.fit[: len(mine)]
     by_lamps = _of_lamps(level, level.scene)
@@ -54,8 +61,15 @@ def find_onward(level) -> Onward:
 
 
 def _of_rays(level, points, normals, side, count, found):
-    """Add what arrives along rays from points on sides, times what these send on of it."""
-    tracer, space, seed = level.tracer, level.tracer.space, level.recipe.seed
+    """Add what arrives along rays from points on sides, times what these send on of it.
+
+    But for what comes straight from lights that are looked for by themselves.
+    """
+    lights, seed = level.tracer.lights.without_lamps(), level.recipe.seed
+    space = replace(level.tracer.space, planes=None)  # rays tell of planar mirrors, too
+    tracer = replace(level.tracer, lights=lights, space=space)
+    rest = level.coefficients.copy()
+    rest[: len(tracer.emitted)] -= tracer.emitted
     keys = KEY + np.arange(len(points))
     origins, directions = rays_from(space.visibility, points, normals, keys, range(count), seed)
     begin = origins.copy()
@@ -65,10 +79,13 @@ def _of_rays(level, points, normals, side, count, found):
     cosine = np.clip(np.einsum("kc,kc->k", directions, normals[owner]), 0.0, 1.0)
     share = _sent_on(space, side[owner], cosine) / count
     keys, index = keys[owner], np.tile(np.arange(count), len(points))
-    light = start.weight * tracer.radiosity(start, level.coefficients, level.scene.ambient)
-    for ends in follow(space, start, keys, index, seed):
-        more = ends.weight * tracer.radiosity(ends, level.coefficients, level.scene.ambient)
-        np.add.at(light, ends.ray, more)
+    light = np.zeros((len(owner), space.optics.bands))
+    steps = itertools.chain([start], follow(space, start, keys, index, seed))
+    for bounce, ends in enumerate(steps):
+        r = ends.ray
+        step = Step(owner[r], ends, bounce, keys[r], index[r], np.ones(len(r)))
+        here = tracer.radiosity(ends, rest, level.scene.ambient) + np.pi * tracer.straight(step)
+        np.add.at(light, r, ends.weight * here)
     np.add.at(found[0], owner, share * light)
     if space.optics.absorption.any():
         lost = _swallowed_next(space, side[owner], points[owner], -directions, seed)
@@ -78,6 +95,29 @@ def _of_rays(level, points, normals, side, count, found):
         light = np.pi * level.scene.ambient / count
         left = _left(space, side[owner[out]], points[owner[out]], -directions[out], seed)
         np.add.at(found[1], owner[out], light * left)
+
+
+def _of_light(tracer, light, points, normals, side):
+    """Return what a light sends to points on sides, times what these send on of it.
+
+    The mean of that over points on the light, weighted by what they would send to a plane.
+    """
+    one, space, seed = tracer.lights.only(light), tracer.space, tracer.seed
+    keys = KEY + np.arange(len(points))
+    arriving = direct_irradiance(space.visibility, one, points, normals, keys, range(AIMED), seed)
+    total, share = np.zeros((2, len(points), space.optics.bands))
+    for k in range(AIMED):
+        u = squares(keys, np.full(len(points), k), 0, seed, 1)
+        there, stretch, _ = on_polygon(one.polygons[0], u)
+        d = there - points
+        r2 = np.maximum(np.einsum("kc,kc->k", d, d), 1e-300)
+        to_light = d / np.sqrt(r2)[:, None]
+        cosine = np.clip(np.einsum("kc,kc->k", to_light, normals), 0.0, 1.0)
+        weight = cosine * np.maximum(-(to_light @ one.normals[0]), 0.0) * stretch / r2
+        total += weight[:, None]
+        share += weight[:, None] * _sent_on(space, side, cosine)
+    grazing = _sent_on(space, side, np.full(len(points), GRAZING))  # of what no point met
+    return arriving * np.where(total > 0.0, share / np.where(total > 0.0, total, 1.0), grazing)
 
 
 def _of_lamps(level, scene):

@@ -209,6 +209,10 @@ def _bands(scene, plan, reach, is_open):
     emitted = np.array([m.emission for m in used] + [scene.ambient, *lamps])
     grey = np.all(rho == rho[:, :1]) and np.linalg.matrix_rank(emitted) <= 1
     grey = grey and all(m.texture is None or m.texture.grey for m in used)
+    if grey and scene.sends_on:
+        from radiosity.solve.optics import different_bands
+
+        grey = different_bands(scene) == 1
     count, wavelengths = scene.bands.count, scene.bands.wavelengths is not None
     model = f"{count} wavelengths" if wavelengths else str(count)
     if plan.recipe.force:

@@ -6,7 +6,7 @@ rays meet it, and in other directions below it the face itself is seen, as besid
 So in light that comes evenly from everywhere a bumped surface looks like a flat one.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from radiosity.mesh.corners import (
     weights,
 )
 from radiosity.scene.model import Scene
-from radiosity.solve.albedo import under_mirror
 from radiosity.transport.lookup import Table, coordinates_at
 
 
@@ -42,7 +41,7 @@ class Detail:
         for material, mine, weight, _ in self._used(textured, face, points):
             texels = material.texture.at(between(self.scene.faces.uv[face[mine]], weight))
             reflects = found[mine].any(axis=1, keepdims=True)  # not a black back
-            found[mine] = np.where(reflects, under_mirror(replace(material, diffuse=texels)), 0.0)
+            found[mine] = np.where(reflects, texels, 0.0)
         return found
 
     def roughness(self, face: np.ndarray, points: np.ndarray) -> np.ndarray | None:

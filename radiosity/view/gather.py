@@ -5,6 +5,7 @@ hemisphere. The mean over the passes is the picture, its indirect light smoothed
 a window can show each as it comes. Pixels whose error is still too large then get more passes.
 """
 
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -285,7 +286,8 @@ def radiance(solution: Solution, shading: Shading, rows, points, to_view, keys, 
             out = dimming(coats, normals[k], to_view[k])
             indirect[k] *= out
             direct[k] = out * _entering(around, coats, *here, keys[k], aims, seed)
-        glossy[k] = glossy_radiance(around, lobe, *here, to_view[k], keys[k], aims, seed)
+        if lobe is not None:
+            glossy[k] = glossy_radiance(around, lobe, *here, to_view[k], keys[k], aims, seed)
     leaving = shading.emission[rows] + lambert(diffuse) * (indirect + direct) + glossy
     if shading.through is not None:
         k = np.flatnonzero(shading.through[rows].any(axis=1))
@@ -306,7 +308,7 @@ def _from_behind(solution, shading, rows, points, to_view, keys, looks, aims):
             from radiosity.view.gloss import dimming
 
             through[k] *= dimming(coats, -normals[k], to_view[k])
-            through[k] /= 1.0 - sum(coat.mean_albedo for coat in coats)
+            through[k] /= math.prod(1.0 - coat.mean_albedo for coat in coats)
             direct[k] = _entering(around, coats, places[k], normals[k], keys[k], aims, seed)
     return lambert(through) * (indirect + direct)
 
@@ -322,17 +324,17 @@ def _entering(around, coats, points, normals, keys, aims, seed):
 
 
 def _of_lobes(shading, rows):
-    """Yield each lobe's number and which of the points lie on patches that have it."""
+    """Yield each number of a lobe and coats, and which of the points lie on such patches."""
     which = shading.lobe[rows]
     for lobe in np.unique(which[which >= 0]):
         yield lobe, np.flatnonzero(which == lobe)
 
 
 def _lobe_at(shading, which, face, points):
-    """Return a material's lobe, where a picture tells its roughness with one for each point."""
+    """Return a material's lobe or None, its roughness one for each point where pictures tell."""
     lobe = shading.lobes[which]
     rough = None if shading.detail is None else shading.detail.roughness(face, points)
-    return lobe if rough is None else lobe.with_roughness(rough[:, None])
+    return lobe if lobe is None or rough is None else lobe.with_roughness(rough[:, None])
 
 
 def _standing(around, detail, face, points, flat, sides):

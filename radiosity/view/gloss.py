@@ -6,6 +6,8 @@ Veach & Guibas (1995, "Optimally combining sampling techniques for Monte Carlo r
 each sample the share p/(p_1 + p_2) of its own density p per steradian.
 """
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -81,7 +83,7 @@ def dimming(coats: tuple, normals, to_view):
     Of light from everywhere they let 1 - a_mean in, which the equation of coated bases divides by
     again (`coat.coated_diffuse`): for that light it is all that is needed.
     """
-    return 1.0 - _albedo(coats, np.einsum("pkc,pc->pk", to_view[:, None], normals))[:, 0]
+    return _let_through(coats, np.einsum("pkc,pc->pk", to_view[:, None], normals))[:, 0]
 
 
 def entering(around, coats: tuple, points, normals, keys, samples: range, seed: int):
@@ -91,25 +93,26 @@ def entering(around, coats: tuple, points, normals, keys, samples: range, seed: 
     would send without obstacles.
     """
     total, lights = np.zeros((len(points), around.lights.exitance.shape[1])), around.lights
-    mean = sum(coat.mean_albedo for coat in coats)
-    mean = mean.reshape(-1, mean.shape[-1])  # one for all points, or one each
+    let = math.prod(1.0 - coat.mean_albedo for coat in coats)
+    let = let.reshape(-1, let.shape[-1])  # one for all points, or one each
     for lamp in lights.lamps:
         here = reaching(around.visibility, lamp, points, normals, lights.unit_m)
-        let_in = 1.0 - _albedo(coats, np.einsum("pkc,pc->pk", here.to_light[:, None], normals))
-        total += here.irradiance * let_in[:, 0] / (1.0 - mean)
+        let_in = _let_through(coats, np.einsum("pkc,pc->pk", here.to_light[:, None], normals))
+        total += here.irradiance * let_in[:, 0] / let
     for k in range(len(lights.polygons)):
         one = lights.only(k)
         direct = direct_irradiance(around.visibility, one, points, normals, keys, samples, seed)
         _, to_light, weight = _from_light(around, k, points, normals, keys, samples, seed)
-        let_in = 1.0 - _albedo(coats, np.einsum("pkc,pc->pk", to_light, normals))
+        let_in = _let_through(coats, np.einsum("pkc,pc->pk", to_light, normals))
         whole = weight.sum(axis=1)
         share = np.einsum("pk,pkb->pb", weight, let_in) / np.where(whole > 0, whole, 1.0)[:, None]
-        total += direct * np.where(whole[:, None] > 0, share / (1.0 - mean), 1.0)
+        total += direct * np.where(whole[:, None] > 0, share / let, 1.0)
     return total
 
 
-def _albedo(coats, cosine):
-    return sum(coat.albedo(np.clip(cosine, 0.0, 1.0)) for coat in coats)
+def _let_through(coats, cosine):
+    """Return (..., bands) what coats let through to their base, one after the other."""
+    return math.prod(1.0 - coat.albedo(np.clip(cosine, 0.0, 1.0)) for coat in coats)
 
 
 def highlight(

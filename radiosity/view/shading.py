@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radiosity.solve.albedo import under_mirror
 from radiosity.solve.solution import Solution
 from radiosity.view.image import exposure_for
 from radiosity.view.smoothing import MIXED
@@ -38,11 +37,12 @@ def make_shading(solution: Solution) -> Shading:
     scene, patches = solution.scene, solution.patches
     material = scene.faces.material[patches.face]
     lobes = tuple(m.specular for m in scene.materials)
-    coats = tuple(tuple(c for c in m.coats if c is m.specular) for m in scene.materials)
-    lobe = np.where([s is None for s in lobes], -1, np.arange(len(lobes)))[material]
+    coats = tuple(m.coats for m in scene.materials)
+    plain = [s is None and not c for s, c in zip(lobes, coats, strict=True)]
+    lobe = np.where(plain, -1, np.arange(len(lobes)))[material]
     two_sided = np.array([m.two_sided for m in scene.materials])[material]
     reflects = patches.front | two_sided
-    diffuse = np.array([under_mirror(m) for m in scene.materials])[material] * reflects[:, None]
+    diffuse = np.array([m.diffuse for m in scene.materials])[material] * reflects[:, None]
     plane = 2 * _surfaces(scene.faces)[patches.face] + ~patches.front
     plane_diffuse = np.zeros((2 * len(scene.faces), diffuse.shape[1]))
     plane_diffuse[plane] = diffuse

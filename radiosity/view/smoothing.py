@@ -140,7 +140,7 @@ def _plane_value(m, q, s, t, value):
     for b in range(len(value)):
         value[b] = max(0.0, p00 * t[b, 0] + p01 * t[b, 1] + p02 * t[b, 2])
     cross = p01 * q[1] + p02 * q[2] + p12 * q[4]
-    free = s[4] + 0 * (p00 * q[0] + p11 * q[3] + p22 * q[5] + 2.0 * cross)
+    free = s[4] - (p00 * q[0] + p11 * q[3] + p22 * q[5] + 2.0 * cross)
     cross = p01 * s[0] * s[1] + p02 * s[0] * s[2] + p12 * s[1] * s[2]
     left = s[3] - (p00 * s[0] ** 2 + p11 * s[1] ** 2 + p22 * s[2] ** 2 + 2.0 * cross)
     variance = (max(0.0, left) + FREE * s[5] / s[4]) / (max(0.0, free) + FREE)
