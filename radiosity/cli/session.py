@@ -54,7 +54,7 @@ def solve_scene(scene, asked: Asked, progress, factors=None, goal=None):
     """Solve a scene and remark on the result in two lines."""
     import time
 
-    from radiosity.solve.requirements import having
+    from radiosity.solve.requirements import why_gmres
     from radiosity.solve.solve import solve
 
     use_threads(asked.threads)
@@ -74,16 +74,9 @@ def solve_scene(scene, asked: Asked, progress, factors=None, goal=None):
     if solution.solver != asked.solver:
         why = {
             "direct": "reflectances near 1 make bounces fade slowly",
-            "gmres": "light goes through translucent sheets",
+            "gmres": why_gmres(scene),
         }[solution.solver]
         remark(f"note: solved by {solution.solver}: {why}", asked.quiet)
-    glossy = having(scene, "specular")
-    if glossy:
-        remark(
-            f"note: between surfaces the lobes of {glossy} count as diffuse: an error that the "
-            "estimate does not know of",
-            asked.quiet,
-        )
     remark(
         f"solved {scene.name}: {len(solution.patches)} patches, {len(solution.history)} iterations "
         f"in {seconds:.1f} s",

@@ -56,7 +56,7 @@ def make_tracer(
         targets = None
     images = ()
     if planes is not None:
-        images = make_images(scene.faces, planes, elements, scene.lights, tolerance)
+        images = make_images(scene.faces, planes, elements, lights, tolerance)
     made = space, elements, place[sides.ravel()], lights, emitted, areas, recipe.seed
     return Tracer(*made, targets, images, _caustics(scene, space, recipe))
 

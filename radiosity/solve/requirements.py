@@ -322,11 +322,18 @@ def _solver(scene, plan, reach, is_open):
     left = min(float(m.least_absorptance.min()) for m in scene.materials)
     if left < STIFF and not is_open:
         return Requirement("solver", "direct", "reflectances near 1: bounces hardly fade")
-    if translucent(scene)[scene.faces.material].any() and plan.recipe.solver not in THROUGH:
-        return Requirement("solver", "gmres", "light goes through translucent sheets")
-    if scene.sends_on and plan.recipe.solver not in THROUGH:
-        return Requirement("solver", "gmres", "mirrors, clear bodies or lobes send light on")
+    why = why_gmres(scene)
+    if why and plan.recipe.solver not in THROUGH:
+        return Requirement("solver", "gmres", why)
     return Requirement("solver", plan.recipe.solver, "the matrix is dense")
+
+
+def why_gmres(scene: Scene) -> str:
+    """Return why solvers that know the factors only do not serve a scene, "" where they do."""
+    if scene.sends_on:
+        return "mirrors, clear bodies or lobes send light on"
+    through = translucent(scene)[scene.faces.material].any()
+    return "light goes through translucent sheets" if through else ""
 
 
 def _detail(scene, plan, reach, is_open):

@@ -49,4 +49,5 @@ def surroundings_of(
     outside = np.pi * scene.ambient
     field = Field(row.ravel(), value, slopes, patches.centroid, outside, direct)
     made = reach.visibility, reach.table, field, lights
-    return Surroundings(*made, tracer and tracer.space, tracer if lights.lamps else None)
+    known = tracer is not None and (tracer.images or tracer.caustics is not None)
+    return Surroundings(*made, tracer and tracer.space, tracer if known else None)

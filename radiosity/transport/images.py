@@ -12,12 +12,12 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from radiosity.light.coherent import Constant
-from radiosity.light.sources import Light
 from radiosity.mesh.elements import Elements
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.patches import Patches
 from radiosity.transport.arrival import Senders, make_senders, weights_of
 from radiosity.transport.exchange import make_geometry
+from radiosity.transport.irradiance import Lights, direct_irradiance
 from radiosity.transport.lamps import lamp_irradiance
 from radiosity.transport.optics import Optics
 from radiosity.transport.visibility import Visibility
@@ -155,7 +155,7 @@ class Image:
         Parts of elements, mirrored, in the unfolded scene.
     fold : (width parts, width n) csr_array
         From elements to these parts.
-    lamps : tuple of Light
+    lights : Lights
         Mirrored.
     flat : float
         Height over the plane from which a point sees into the mirror.
@@ -165,7 +165,7 @@ class Image:
     first: Plane
     senders: Senders
     fold: csr_array
-    lamps: tuple[Light, ...]
+    lights: Lights
     flat: float
 
     def weights(self, points, normals, first: int, lift: float, seed: int) -> np.ndarray:
@@ -177,31 +177,39 @@ class Image:
             found[k] = seen @ self.fold
         return found
 
-    def lamplight(self, points, normals, unit_m: float) -> np.ndarray:
+    def lamplight(self, points, normals) -> np.ndarray:
         """Return the irradiance (k, bands) of points by lamps in the mirrors, W/m2."""
+        found, lights = np.zeros((len(points), len(self.share))), self.lights
+        k = np.flatnonzero(self.first.heights(points) > self.flat)
+        if lights.lamps and len(k):
+            found[k] = self.share * lamp_irradiance(
+                self.senders.visibility, lights.lamps, points[k], normals[k], lights.unit_m
+            )
+        return found
+
+    def direct(self, points, normals, keys, samples: range, seed: int) -> np.ndarray:
+        """Return the irradiance (k, bands) by all lights in the mirrors, W/m2."""
         found = np.zeros((len(points), len(self.share)))
         k = np.flatnonzero(self.first.heights(points) > self.flat)
-        if self.lamps and len(k):
-            arriving = lamp_irradiance(
-                self.senders.visibility, self.lamps, points[k], normals[k], unit_m
+        if self.lights and len(k):
+            found[k] = self.share * direct_irradiance(
+                self.senders.visibility, self.lights, points[k], normals[k], keys[k], samples, seed
             )
-            found[k] = self.share * arriving
         return found
 
 
 def make_images(
-    faces: Faces, planes: Planes, elements: Elements, lamps: tuple[Light, ...],
-    tolerance: np.ndarray,
-) -> tuple[Image, ...]:  # fmt: skip
-    """Return what elements and lamps look like by way of mirrors; ``tolerance`` (n,) of factors."""
+    faces: Faces, planes: Planes, elements: Elements, lights: Lights, tolerance: np.ndarray
+) -> tuple[Image, ...]:
+    """Return what elements and lights look like in mirrors; ``tolerance`` (n,) of factors."""
     size = float(np.ptp(faces.vertices, axis=(0, 1)).max())
     return tuple(
-        _image([planes.planes[k] for k in seq], faces, elements, lamps, tolerance, size)
+        _image([planes.planes[k] for k in seq], faces, elements, lights, tolerance, size)
         for seq in planes.sequences
     )
 
 
-def _image(chain, faces, elements, lamps, tolerance, size):
+def _image(chain, faces, elements, lights, tolerance, size):
     flat = FLAT * size
     turn, shift = np.eye(3), np.zeros(3)
     parts = [_in_front(faces.vertices, [chain[0]], flat)[0]]
@@ -217,8 +225,18 @@ def _image(chain, faces, elements, lamps, tolerance, size):
     seen = _put(pieces, turn, shift)
     senders, fold = _senders(seen, owner, elements, turn, shift, visibility, tolerance)
     share = np.prod([plane.share for plane in chain], axis=0)
-    mirrored = tuple(lamp.moved(turn, shift) for lamp in lamps if _lit_by(chain[-1], lamp))
-    return Image(share, chain[0], senders, fold, mirrored, flat)
+    seen = _lights(lights, chain[-1], turn, shift, flat)
+    return Image(share, chain[0], senders, fold, seen, flat)
+
+
+def _lights(lights, last, turn, shift, flat):
+    """Return what of lights is in front of a plane, mirrored."""
+    parts, owner = _in_front(lights.polygons, [last], flat)
+    lamps = tuple(lamp.moved(turn, shift) for lamp in lights.lamps if _lit_by(last, lamp))
+    return Lights(
+        _put(parts, turn, shift), lights.normals[owner] @ turn.T, lights.exitance[owner], lamps,
+        lights.unit_m, np.asarray(lights.face, int)[owner],
+    )  # fmt: skip
 
 
 def _lit_by(plane, lamp):

@@ -76,8 +76,8 @@ class Surroundings:
     """All that is needed to find the light that arrives at a point.
 
     ``field`` holds what patches send out evenly beside what ``lights`` emits; ``space`` is there
-    where some send light on along single directions, and ``tracer`` where these are known to send
-    on light of lamps. ``even`` (bands,), W/(m2 sr), if given, comes from everywhere in place of all
+    where some send light on along single directions, and ``tracer`` where it knows what of lights'
+    own light they do. ``even`` (bands,), W/(m2 sr), if given, comes from everywhere in place of all
     that rays would meet.
     """
 

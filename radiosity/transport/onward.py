@@ -76,7 +76,8 @@ def _along(around, start, keys, index, seed):
     areas = _areas(lights, len(space.optics.material))
     for bounce, ends in enumerate(follow(space, start, keys, index, seed), 1):
         straight = in_lobes(space, lights, ends, keys[ends.ray], index[ends.ray], bounce, seed)
-        straight += counted(space, ends, areas)[:, None] * _emitted(around, ends.sides)
+        share = counted(space, ends, areas) * (ends.state <= 0)  # others are known exactly
+        straight += share[:, None] * _emitted(around, ends.sides)
         here = carried(around, ends.sides, ends.hits) + np.pi * straight
         np.add.at(found, ends.ray, ends.weight * here)
     return found

@@ -152,9 +152,14 @@ class Tracer:
             found[k] += basis[:, a, None] * coefficients[a * n + owner]
         return found
 
-    def by_lamps(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return (k, bands) the irradiance at points of surfaces by lamps seen in any mirrors."""
-        found = self.lamplight(points, normals)
+    def by_mirrors(self, points, normals, keys, samples: range, seed: int) -> np.ndarray:
+        """Return (k, bands) the irradiance at points of surfaces by lights, but not straight.
+
+        Of all lights in planar mirrors, of abstract ones by other ways, too.
+        """
+        found = np.zeros((len(points), self.space.optics.bands))
+        for image in self.images:
+            found += image.direct(points, normals, keys, samples, seed)
         return found if self.caustics is None else found + self.caustics.near(points, normals)
 
     @property
@@ -167,7 +172,7 @@ class Tracer:
         """Return the irradiance (k, bands) at points by lamps seen in planar mirrors, W/m2."""
         found = np.zeros((len(points), self.space.optics.bands))
         for image in self.images:
-            found += image.lamplight(points, normals, self.lights.unit_m)
+            found += image.lamplight(points, normals)
         return found
 
     def places(self, ends: Bundle) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ from radiosity.solve.solution import Solution
 from radiosity.transport.hemisphere import MISS, look_out
 from radiosity.transport.irradiance import direct_irradiance, irradiance_by
 from radiosity.transport.sampling import hashed, shuffled, sobol
-from radiosity.transport.threads import Progress, over_ranges, silent
+from radiosity.transport.threads import Progress, core_count, over_ranges, silent
 from radiosity.transport.visibility import LIFT
 from radiosity.view.camera import rays
 from radiosity.view.contact import contact_light
@@ -32,7 +32,7 @@ from radiosity.view.smoothing import MIXED
 
 A_PASS = 8  # rays over a pixel's hemisphere in one pass
 LIGHT_RAYS = 4  # to each light in one pass
-PIXELS_AT_ONCE, TILES = (1024, 8192), 16  # share the work of a pass
+PIXELS_AT_ONCE, TILES = (2048, 16384), 2  # in one tile; tiles a core
 BYTES_A_PIXEL, BYTES_A_BAND = 250, 70  # the film, and the copies that developing it makes
 
 
@@ -137,7 +137,8 @@ def _exposures(
                 if not stop():
                     _add(solution, shading, camera, index, pixels[a:b], film)
 
-        over_ranges(tile, len(pixels), int(np.clip(len(pixels) // TILES, *PIXELS_AT_ONCE)))
+        size = len(pixels) // (TILES * core_count())
+        over_ranges(tile, len(pixels), int(np.clip(size, *PIXELS_AT_ONCE)))
         return not stop()
 
     done, enough = 0, FEWEST if samples is None else pass_count(samples)
@@ -314,12 +315,12 @@ def _from_behind(solution, shading, rows, points, to_view, keys, looks, aims):
 
 
 def _entering(around, coats, points, normals, keys, aims, seed):
-    """Return what `entering` does, with lamps' light by mirrors as if it came evenly."""
+    """Return what `entering` does, with their light by mirrors as if it came evenly."""
     from radiosity.view.gloss import entering
 
     direct = entering(around, coats, points, normals, keys, aims, seed)
     if around.tracer is not None:
-        direct += around.tracer.by_lamps(points, normals)
+        direct += around.tracer.by_mirrors(points, normals, keys, aims, seed)
     return direct
 
 
@@ -366,5 +367,5 @@ def _arriving(solution, points, normals, keys, looks, aims):
             indirect += irradiance_sent_on(around, points, normals, *met, keys, looks, seed)
     direct = direct_irradiance(visibility, lights, points, normals, keys, aims, seed)
     if around.tracer is not None:
-        direct += around.tracer.by_lamps(points, normals)
+        direct += around.tracer.by_mirrors(points, normals, keys, aims, seed)
     return indirect, direct, nearness
