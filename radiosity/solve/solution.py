@@ -139,7 +139,7 @@ class Solution:
         escaped = (area * level.escaping).sum(axis=0)
         if level.terms.sent_on is None:
             return Balance(emitted, absorbed, escaped)
-        from radiosity.solve.onward import find_onward
+        from radiosity.solve.budget import find_onward
 
         onward = find_onward(level)
         absorbed = absorbed - onward.sent + onward.swallowed
