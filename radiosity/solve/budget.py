@@ -14,7 +14,7 @@ from radiosity.mesh.elements import make_elements, make_nodes
 from radiosity.transport.aiming import make_targets
 from radiosity.transport.caustics import FEWEST, rays_of
 from radiosity.transport.hemisphere import meet, rays_from
-from radiosity.transport.highlights import on_polygon
+from radiosity.transport.highlights import evenly_on
 from radiosity.transport.irradiance import direct_irradiance
 from radiosity.transport.paths import OPEN, Bundle, first_rays, follow, squares
 from radiosity.transport.tracer import Step
@@ -108,12 +108,11 @@ def _of_light(tracer, light, points, normals, side):
     total, share = np.zeros((2, len(points), space.optics.bands))
     for k in range(AIMED):
         u = squares(keys, np.full(len(points), k), 0, seed, 1)
-        there, stretch, _ = on_polygon(one.polygons[0], u)
-        d = there - points
+        d = evenly_on(one.polygons[0], u) - points
         r2 = np.maximum(np.einsum("kc,kc->k", d, d), 1e-300)
         to_light = d / np.sqrt(r2)[:, None]
         cosine = np.clip(np.einsum("kc,kc->k", to_light, normals), 0.0, 1.0)
-        weight = cosine * np.maximum(-(to_light @ one.normals[0]), 0.0) * stretch / r2
+        weight = cosine * np.maximum(-(to_light @ one.normals[0]), 0.0) / r2
         total += weight[:, None]
         share += weight[:, None] * _sent_on(space, side, cosine)
     grazing = _sent_on(space, side, np.full(len(points), GRAZING))  # of what no point met

@@ -5,11 +5,14 @@ found with the density p counts p/(p + q), q that of the other way to find it (V
 """
 
 import numpy as np
+from numba import njit
 
 from radiosity.light.frames import frame, to_local
+from radiosity.transport.borrow import borrowed
 from radiosity.transport.irradiance import Lights
 from radiosity.transport.lamps import reaching
 from radiosity.transport.paths import Bundle, Space, squares
+from radiosity.transport.polygon import first_half, place_evenly
 from radiosity.transport.visibility import LIFT
 
 
@@ -55,7 +58,8 @@ def _of_lamp(space, lights, lobe, points, normals, frames, view, lamp):
 
 def _of_polygon(space, lights, lobe, points, normals, frames, view, light, u):
     """Return f L_e cos cos' A/r^2, where visible, times the share that counts of it."""
-    there, stretch, whole = on_polygon(lights.polygons[light], u)
+    polygon = lights.polygons[light]
+    there, whole = evenly_on(polygon, u), area_of_polygon(polygon)
     d = there - points
     r2 = np.maximum(np.einsum("kc,kc->k", d, d), 1e-300)
     to_light = d / np.sqrt(r2)[:, None]
@@ -69,7 +73,7 @@ def _of_polygon(space, lights, lobe, points, normals, frames, view, light, u):
     if len(k):
         by_light = r2[k] / (cosine_there[k] * whole)
         share = by_light / (by_light + lobe.density(view[k], local[k]))
-        weight = cosine[k] * cosine_there[k] * stretch[k] / r2[k] * share
+        weight = cosine[k] * cosine_there[k] * whole / r2[k] * share
         found[k] = value[k] * weight[:, None] * (lights.exitance[light] / np.pi)
     return found
 
@@ -90,14 +94,25 @@ def counted(space: Space, ends: Bundle, areas: np.ndarray) -> np.ndarray:
     return share
 
 
-def on_polygon(v: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return points (k, 3) at (s, t) of a bilinear polygon, the stretch there, and its area."""
-    s, t = u[..., :1], u[..., 1:]
-    x = (1 - s) * (1 - t) * v[0] + s * (1 - t) * v[1] + s * t * v[2] + (1 - s) * t * v[3]
-    ds = (1 - t) * (v[1] - v[0]) + t * (v[2] - v[3])
-    dt = (1 - s) * (v[3] - v[0]) + s * (v[2] - v[1])
-    whole = 0.5 * np.linalg.norm(np.cross(v[2] - v[0], v[3] - v[1]))
-    return x, np.linalg.norm(np.cross(ds, dt), axis=-1), whole
+def evenly_on(polygon: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Return points (..., 3) spread evenly over a polygon (4, 3), of points u (..., 2) of a square."""
+    u = np.ascontiguousarray(u)
+    found = np.empty((u.size // 2, 3))
+    _place(polygon, u.reshape(-1, 2), found)
+    return found.reshape(*u.shape[:-1], 3)
+
+
+@njit(cache=True, nogil=True)
+def _place(polygon, u, x):
+    polygon = borrowed(polygon)
+    half = first_half(polygon)
+    for k in range(len(u)):
+        place_evenly(polygon, half, u[k, 0], u[k, 1], x[k])
+
+
+def area_of_polygon(v: np.ndarray) -> float:
+    """Return the area of a convex quadrilateral (4, 3)."""
+    return float(np.linalg.norm(np.cross(v[2] - v[0], v[3] - v[1])) / 2.0)
 
 
 def _seen(visibility, points, normals, there, facing):

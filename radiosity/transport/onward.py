@@ -8,7 +8,7 @@ stored field, what lights emit and, by lobes, what lights send that these look f
 import numpy as np
 
 from radiosity.transport.hemisphere import rays_from
-from radiosity.transport.highlights import counted, in_lobes
+from radiosity.transport.highlights import area_of_polygon, counted, in_lobes
 from radiosity.transport.irradiance import Lights, Surroundings, carried
 from radiosity.transport.paths import first_rays, follow
 
@@ -88,8 +88,7 @@ def _areas(lights: Lights, faces: int) -> np.ndarray:
     found = np.zeros(faces)
     if not len(lights.polygons):
         return found
-    across = [np.cross(q[2] - q[0], q[3] - q[1]) for q in lights.polygons]
-    found[lights.face] = np.linalg.norm(across, axis=1) / 2.0
+    found[lights.face] = [area_of_polygon(q) for q in lights.polygons]
     return found
 
 

@@ -12,10 +12,9 @@ import numpy as np
 from numba import njit
 
 from radiosity.light.frames import frame, to_local, to_scene
-from radiosity.transport.borrow import borrowed
+from radiosity.transport.highlights import area_of_polygon, evenly_on
 from radiosity.transport.irradiance import Surroundings, direct_irradiance, sent_along
 from radiosity.transport.lamps import reaching
-from radiosity.transport.polygon import first_half, place_evenly
 from radiosity.transport.sampling import hashed, sobol
 from radiosity.transport.visibility import LIFT
 
@@ -141,15 +140,14 @@ def _from_light(around, light, points, normals, keys, samples, seed):
     """
     polygon, facing = around.lights.polygons[light], around.lights.normals[light]
     u = _squares(keys, 1000 + light, samples, seed)
-    there = np.empty((*u.shape[:2], 3))
-    _on_polygon(polygon, u, there)
+    there = evenly_on(polygon, u)
     d = there - points[:, None]
     r2 = np.einsum("pkc,pkc->pk", d, d)
     to_light = d / np.sqrt(np.maximum(r2, 1e-300))[..., None]
     cosine = np.einsum("pkc,pc->pk", to_light, normals)
     cosine_light = -(to_light @ facing)
     useful = (cosine > 0) & (cosine_light > 0)
-    spread = cosine * cosine_light * _area(polygon) / np.maximum(r2, 1e-300)
+    spread = cosine * cosine_light * area_of_polygon(polygon) / np.maximum(r2, 1e-300)
     return there, to_light, np.where(useful, spread, 0.0)
 
 
@@ -188,7 +186,7 @@ def _met_lights(around, points, directions, sides, hits, density):
     found = np.zeros((len(sides), lights.exitance.shape[1]))
     k = np.flatnonzero(light >= 0)
     d = visibility.centre + hits[k] / visibility.scale - points[k]
-    area = np.array([_area(polygon) for polygon in lights.polygons])[light[k]]
+    area = np.array([area_of_polygon(polygon) for polygon in lights.polygons])[light[k]]
     cosine = -np.einsum("kc,kc->k", directions[k], lights.normals[light[k]])
     spread = np.maximum(cosine, 0.0) * area / np.maximum(np.einsum("kc,kc->k", d, d), 1e-300)
     by_lobe = density[k] * spread  # the density of directions over that of points
@@ -199,21 +197,6 @@ def _met_lights(around, points, directions, sides, hits, density):
 def _share(ratio):
     """Return the share of a sample whose density is ``ratio`` times that of the other way."""
     return ratio / (1.0 + ratio)
-
-
-@njit(cache=True, nogil=True)
-def _on_polygon(polygon, u, x):
-    """Write points evenly spread over a polygon, one for each of the squares' points."""
-    polygon = borrowed(polygon)
-    half = first_half(polygon)
-    for p in range(len(u)):
-        for k in range(u.shape[1]):
-            place_evenly(polygon, half, u[p, k, 0], u[p, k, 1], x[p, k])
-
-
-def _area(v):
-    """Return the area of a quadrilateral (4, 3)."""
-    return sum(np.linalg.norm(np.cross(v[k] - v[0], v[k + 1] - v[0])) for k in (1, 2)) / 2.0
 
 
 def _blocked(around, points, normals, there, facing, wanted):
