@@ -9,7 +9,7 @@ from scenes_for_tests import block, box
 from radiosity.light.coherent import Constant, FresnelMirror, FresnelPassage
 from radiosity.light.fresnel import reflectance
 from radiosity.light.phong import Phong
-from radiosity.light.sources import Directional, Point
+from radiosity.light.sources import Directional, Flood, Point
 from radiosity.mesh.faces import Faces
 from radiosity.scene.model import Material, Scene, SceneError
 from radiosity.solve.chains import arriving_by_chains
@@ -107,11 +107,10 @@ def test_a_lobe_carries_the_light_of_a_lamp(exponent):
     scene, points, exact = gloss_over_a_floor(exponent, lamp)
     solution = solve(scene, 0.02)
     normals = np.tile([0, 0, -1.0], (2, 1))
-    lit = solution.level.reach.visibility  # the lamp itself lights the ceiling, too
     to_light, distance, arriving = lamp.reaching(points, 1.0)
     direct = arriving * np.maximum(-to_light[:, 2:], 0.0)
     found, bars = solution.irradiance(points, normals)
-    assert lit is not None and np.all(direct > 0)
+    assert np.all(direct > 0)  # the lamp itself lights the ceiling, too
     assert found - direct == pytest.approx(exact, rel=0.02)
     assert np.all(np.abs(found - direct - exact) <= bars)
     assert solution.balance.defect < 0.02
@@ -144,6 +143,38 @@ def test_a_pane_dims_and_draws_near_a_lamp_behind_it(absorption):
     assert found[0, 0] == pytest.approx(exact, rel=0.03)
     assert abs(found[0, 0] - exact) <= bars[0, 0]
     assert solution.balance.defect < 0.01
+
+
+@pytest.mark.parametrize("absorption", [0.3, 30.0])
+def test_what_a_body_swallows_of_a_lamp_is_in_the_balance(absorption):
+    """Faces that emit, a glass cube that absorbs, black walls: nothing is lost but what is."""
+    lamp = np.array([[[1.0, 1, 2.4], [1, 2, 2.4], [2, 2, 2.4], [2, 1, 2.4]]])
+    ink = replace(surface("ink", 0.0, **CLEAR), absorption=absorption * ONE)
+    scene = scene_of([WALLS, BODY, lamp], [surface("w", 0.3), ink, surface("lamp", 0.0, 10.0)])
+    solution = solve(scene, 0.2, mesh="3")
+    assert solution.balance.defect < 0.01
+    clear = solve(replace(scene, materials=FURNACES["glass block"].materials + scene.materials[2:]),
+                  0.2, mesh="3")  # fmt: skip
+    assert solution.irradiance_on.sum() < clear.irradiance_on.sum()
+
+
+def test_a_lamp_in_a_mirror_lights_what_is_beyond_a_lobe():
+    """Lamp, mirror, glossy floor, black ceiling: as if the lamp hung at its image's place."""
+    lamp = Flood(np.array([0.0, 0.1, 0.6]), 10 * ONE, axis=np.array([0.96, 0, -0.28]), exponent=9.0)
+    scene, points, _ = gloss_over_a_floor(5.0, lamp)
+    wall = np.array([[[2.0, 2, 0], [2, -2, 0], [2, -2, 1], [2, 2, 1]]])
+    mirror = surface("m", 0.0, mirror=Constant(ONE))
+    turned = lamp.moved(np.diag([-1.0, 1, 1]), np.array([4.0, 0, 0]))
+    parts = [scene.faces.vertices[:1], scene.faces.vertices[1:], wall]
+    normals = np.tile([0, 0, -1.0], (2, 1))
+    found = solve(scene_of(parts, [*scene.materials, mirror], lights=(lamp,)), 0.02)
+    wide = [x * [3, 1, 1] for x in parts[:2]]
+    both = solve(scene_of(wide, scene.materials, lights=(lamp, turned)), 0.02)
+    one, _ = found.irradiance(points, normals)
+    two, _ = both.irradiance(points, normals)
+    alone, _ = solve(scene, 0.02).irradiance(points, normals)
+    assert np.all(one - alone > 0.1 * two)
+    assert one == pytest.approx(two, rel=0.03)
 
 
 def test_the_sun_shines_through_a_window():

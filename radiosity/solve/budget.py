@@ -53,7 +53,9 @@ def find_onward(level) -> Onward:
     found = np.zeros((3, len(side), bands))
     _of_rays(level, nodes.points, normals, side, k, found)
     for light in range(len(tracer.lights.polygons)):
-        found[0] += _of_light(tracer, light, nodes.points, normals, side)
+        sent, lost = _of_light(tracer, light, nodes.points, normals, side)
+        found[0] += sent
+        found[2] += lost
     area = patches.area[rows[mine]] * level.scene.unit_m**2
     fit = nodes.fit[: len(mine)]
     by_lamps = _of_lamps(level, level.scene)
@@ -100,12 +102,13 @@ def _of_rays(level, points, normals, side, count, found):
 def _of_light(tracer, light, points, normals, side):
     """Return what a light sends to points on sides, times what these send on of it.
 
-    The mean of that over points on the light, weighted by what they would send to a plane.
+    And of that what media swallow next. Means over points on the light, weighted by what they would
+    send to a plane.
     """
     one, space, seed = tracer.lights.only(light), tracer.space, tracer.seed
     keys = KEY + np.arange(len(points))
     arriving = direct_irradiance(space.visibility, one, points, normals, keys, range(AIMED), seed)
-    total, share = np.zeros((2, len(points), space.optics.bands))
+    total, share, lost = np.zeros((3, len(points), space.optics.bands))
     for k in range(AIMED):
         u = squares(keys, np.full(len(points), k), 0, seed, 1)
         d = evenly_on(one.polygons[0], u) - points
@@ -115,8 +118,13 @@ def _of_light(tracer, light, points, normals, side):
         weight = cosine * np.maximum(-(to_light @ one.normals[0]), 0.0) / r2
         total += weight[:, None]
         share += weight[:, None] * _sent_on(space, side, cosine)
+        if space.optics.absorption.any():
+            ways = (-to_light).astype(np.float32)
+            lost += weight[:, None] * _swallowed_next(space, side, points, ways, seed)
     grazing = _sent_on(space, side, np.full(len(points), GRAZING))  # of what no point met
-    return arriving * np.where(total > 0.0, share / np.where(total > 0.0, total, 1.0), grazing)
+    whole = np.where(total > 0.0, total, 1.0)
+    sent = arriving * np.where(total > 0.0, share / whole, grazing)
+    return sent, arriving * lost / whole
 
 
 def _of_lamps(level, scene):

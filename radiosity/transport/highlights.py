@@ -9,6 +9,7 @@ from numba import njit
 
 from radiosity.light.frames import frame, to_local
 from radiosity.transport.borrow import borrowed
+from radiosity.transport.images import Image
 from radiosity.transport.irradiance import Lights
 from radiosity.transport.lamps import reaching
 from radiosity.transport.paths import Bundle, Space, squares
@@ -18,11 +19,12 @@ from radiosity.transport.visibility import LIFT
 
 def in_lobes(
     space: Space, lights: Lights, ends: Bundle, keys: np.ndarray, index: np.ndarray, bounce: int,
-    seed: int,
+    seed: int, images: tuple[Image, ...] = (),
 ) -> np.ndarray:  # fmt: skip
     """Return (k, bands) the radiance of highlights that rays see where they end, W/(m2 sr).
 
-    Abstract sources exactly, of each polygon one point, counted by the balance heuristic.
+    Abstract sources exactly, also in planar mirrors, of which there are ``images``; of each polygon
+    one point, counted by the balance heuristic.
 
     Parameters
     ----------
@@ -41,18 +43,22 @@ def in_lobes(
             continue
         frames = frame(normals[mine])
         view = to_local(frames, -ends.directions[k[mine]].astype(np.float64))
-        here = space, lights, side.lobe, points[mine], normals[mine], frames, view
+        here = side.lobe, points[mine], normals[mine], frames, view
         which = k[mine]
         for lamp in lights.lamps:
-            found[which] += _of_lamp(*here, lamp)
+            found[which] += _of_lamp(space.visibility, lights, *here, lamp)
+        for image in images:
+            for lamp in image.lights.lamps:
+                seen = _of_lamp(image.senders.visibility, image.lights, *here, lamp)
+                found[which] += image.sees(points[mine])[:, None] * image.share * seen
         for light in range(len(lights.polygons)):
             u = squares(keys[which], index[which], bounce, seed, 1 + light)
-            found[which] += _of_polygon(*here, light, u)
+            found[which] += _of_polygon(space, lights, *here, light, u)
     return found
 
 
-def _of_lamp(space, lights, lobe, points, normals, frames, view, lamp):
-    here = reaching(space.visibility, lamp, points, normals, lights.unit_m)
+def _of_lamp(visibility, lights, lobe, points, normals, frames, view, lamp):
+    here = reaching(visibility, lamp, points, normals, lights.unit_m)
     return lobe.value(to_local(frames, here.to_light), view) * here.irradiance
 
 
@@ -95,7 +101,7 @@ def counted(space: Space, ends: Bundle, areas: np.ndarray) -> np.ndarray:
 
 
 def evenly_on(polygon: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Return points (..., 3) spread evenly over a polygon (4, 3), of points u (..., 2) of a square."""
+    """Return points (..., 3) even over a polygon (4, 3), of points u (..., 2) of a square."""
     u = np.ascontiguousarray(u)
     found = np.empty((u.size // 2, 3))
     _place(polygon, u.reshape(-1, 2), found)

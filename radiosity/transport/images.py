@@ -7,10 +7,12 @@ and m_2, and so on, parted by screens in the planes of the mirrors with these le
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array
 
+from radiosity.light.coat import is_coat
 from radiosity.light.coherent import Constant
 from radiosity.mesh.elements import Elements
 from radiosity.mesh.faces import Faces
@@ -61,14 +63,19 @@ class Planes:
     of_side: np.ndarray
     sequences: tuple
 
-    def after(self, state: np.ndarray, face: np.ndarray, back: np.ndarray) -> np.ndarray:
-        """Return (k,) which sequence rays have gone after a mirror: 0 for none, -1 for others."""
+    @cached_property
+    def _table(self) -> np.ndarray:
+        """Return the sequence after each one and each plane; the last row and column are -1."""
         known = {seq: k + 1 for k, seq in enumerate(self.sequences)}
-        table = np.full((len(self.sequences) + 2, len(self.planes) + 1), -1)  # the last row is -1's
+        table = np.full((len(self.sequences) + 2, len(self.planes) + 1), -1)
         for k, seq in enumerate(((), *self.sequences)):
             for plane in range(len(self.planes)):
                 table[k, plane] = known.get((*seq, plane), -1)
-        return table[state, self.of_side[face, back]]
+        return table
+
+    def after(self, state: np.ndarray, face: np.ndarray, back: np.ndarray) -> np.ndarray:
+        """Return (k,) which sequence rays have gone after a mirror: 0 for none, -1 for others."""
+        return self._table[state, self.of_side[face, back]]
 
 
 def find_planes(
@@ -76,7 +83,8 @@ def find_planes(
 ) -> Planes | None:
     """Return the mirrors that are followed exactly, None where there are none, or too many.
 
-    Of a mirror that other faces cover in part the ``patches`` tell what is left.
+    Nor where a medium absorbs, which dims the light on its way. Of a mirror that other faces cover
+    in part the ``patches`` tell what is left.
     """
     normals = faces.normals()
     of_side, planes, keys = np.full((len(faces), 2), -1), [], {}
@@ -95,7 +103,7 @@ def find_planes(
             if k == len(planes):
                 planes.append((normal, level, [], side.mirror.share))
             planes[k][2].extend(_uncovered(faces, patches, face, back))
-    if not 0 < len(planes) <= MOST_PLANES:
+    if not 0 < len(planes) <= MOST_PLANES or optics.absorption.any():
         return None
     made = tuple(
         Plane(n, d, np.array(v).reshape(-1, 4, 3), share) for n, d, v, share in planes
@@ -112,7 +120,7 @@ def _uncovered(faces, patches, face, back):
 
 def _is_plain(side):
     """Whether a side mirrors the same share at all angles."""
-    covered = side.lobe is not None and getattr(side.lobe, "dielectric", False)
+    covered = is_coat(side.lobe)
     return isinstance(side.mirror, Constant) and bool(side.mirror.share.any()) and not covered
 
 
@@ -168,10 +176,14 @@ class Image:
     lights: Lights
     flat: float
 
+    def sees(self, points: np.ndarray) -> np.ndarray:
+        """Return (k,) bool: which points lie in front of the mirror that is looked into."""
+        return self.first.heights(points) > self.flat
+
     def weights(self, points, normals, first: int, lift: float, seed: int) -> np.ndarray:
         """Return (k, width n) how irradiance at points depends on elements, for a share of 1."""
         found = np.zeros((len(points), self.fold.shape[1]))
-        k = np.flatnonzero(self.first.heights(points) > self.flat)
+        k = np.flatnonzero(self.sees(points))
         if len(k) and self.fold.shape[0]:
             seen, _ = weights_of(self.senders, points[k], normals[k], first, lift=lift, seed=seed)
             found[k] = seen @ self.fold
@@ -180,7 +192,7 @@ class Image:
     def lamplight(self, points, normals) -> np.ndarray:
         """Return the irradiance (k, bands) of points by lamps in the mirrors, W/m2."""
         found, lights = np.zeros((len(points), len(self.share))), self.lights
-        k = np.flatnonzero(self.first.heights(points) > self.flat)
+        k = np.flatnonzero(self.sees(points))
         if lights.lamps and len(k):
             found[k] = self.share * lamp_irradiance(
                 self.senders.visibility, lights.lamps, points[k], normals[k], lights.unit_m
@@ -190,7 +202,7 @@ class Image:
     def direct(self, points, normals, keys, samples: range, seed: int) -> np.ndarray:
         """Return the irradiance (k, bands) by all lights in the mirrors, W/m2."""
         found = np.zeros((len(points), len(self.share)))
-        k = np.flatnonzero(self.first.heights(points) > self.flat)
+        k = np.flatnonzero(self.sees(points))
         if self.lights and len(k):
             found[k] = self.share * direct_irradiance(
                 self.senders.visibility, self.lights, points[k], normals[k], keys[k], samples, seed

@@ -5,6 +5,8 @@ that leaves it evenly what that sends on: it is followed (`follow`), and at its 
 stored field, what lights emit and, by lobes, what lights send that these look for.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from radiosity.transport.hemisphere import rays_from
@@ -29,7 +31,7 @@ def irradiance_sent_on(
         here = points[p], normals[p], keys[p], samples, seed
         begin, directions = rays_from(around.visibility, *here)
         ends = sides[p].ravel(), hits[p].reshape(-1, 3)
-        more = sent_on(around, begin, directions, *ends, keys[p], samples, seed)
+        more = sent_on(around, begin, directions, *ends, keys[p], samples, seed, 0)
         found[p] = more.reshape(len(p), len(samples), -1).mean(axis=1)
     return found
 
@@ -42,7 +44,8 @@ def _changed(space, sides) -> np.ndarray:
 
 
 def sent_on(
-    around: Surroundings, origins, directions, sides, hits, keys, samples: range, seed: int
+    around: Surroundings, origins, directions, sides, hits, keys, samples: range, seed: int,
+    state: int = -1,
 ) -> np.ndarray:  # fmt: skip
     """Return (k, bands) exitance in W/m2 that rays bring beside what `carried` finds at ``hits``.
 
@@ -54,6 +57,8 @@ def sent_on(
         See `meet`.
     keys, samples : (p,) int, range
         As for `radiosity.transport.irradiance.sent_along`: k = p len(samples).
+    state : int
+        0 where lights are not to be found in those planar mirrors whose light is known exactly.
     """
     space = around.space
     found = np.zeros((len(sides), space.optics.bands))
@@ -63,6 +68,7 @@ def sent_on(
     owner = np.repeat(np.arange(len(keys)), len(samples))[k]
     index = np.tile(np.asarray(samples), len(keys))[k]
     start = first_rays(space, sides[k], hits[k], origins[k], directions[k], owner)
+    start = replace(start, state=np.full(len(k), state))
     found[k] = _along(around, start, keys[owner], index, seed)
     return found
 
@@ -70,12 +76,14 @@ def sent_on(
 def _along(around, start, keys, index, seed):
     """Return what `sent_on` does, of rays where they end first."""
     space, lights, sides, hits = around.space, around.lights, start.sides, start.hits
-    found = np.pi * start.share * in_lobes(space, lights, start, keys, index, 0, seed)
+    images = () if around.tracer is None else around.tracer.images
+    found = np.pi * start.share * in_lobes(space, lights, start, keys, index, 0, seed, images)
     dim = np.flatnonzero((start.share != 1.0).any(axis=1))
     found[dim] += (start.share[dim] - 1.0) * carried(around, sides[dim], hits[dim])
     areas = _areas(lights, len(space.optics.material))
     for bounce, ends in enumerate(follow(space, start, keys, index, seed), 1):
-        straight = in_lobes(space, lights, ends, keys[ends.ray], index[ends.ray], bounce, seed)
+        pattern = keys[ends.ray], index[ends.ray], bounce, seed
+        straight = in_lobes(space, lights, ends, *pattern, images)
         share = counted(space, ends, areas) * (ends.state <= 0)  # others are known exactly
         straight += share[:, None] * _emitted(around, ends.sides)
         here = carried(around, ends.sides, ends.hits) + np.pi * straight

@@ -180,9 +180,12 @@ def _media(space, sides, groups):
         return medium
     met = np.flatnonzero(sides >= 0)
     material = optics.material[space.faces(sides[met])]
-    inside = met[clear[material] & (sides[met] % 2 == 1)]
-    of_group = np.full(groups.max(initial=-1) + 1, OPEN)
-    of_group[groups[inside]] = optics.material[space.faces(sides[inside])]
+    told, inside = clear[material], sides[met] % 2 == 1
+    votes = np.zeros(groups.max(initial=-1) + 1)  # of many rays one may slip through a crack
+    np.add.at(votes, groups[met[told]], np.where(inside[told], 1, -1))
+    within = told & inside & (votes[groups[met]] > 0)
+    of_group = np.full(len(votes), OPEN)
+    of_group[groups[met[within]]] = material[within]
     return of_group[groups]
 
 

@@ -134,7 +134,8 @@ class Tracer:
         """
         ends = step.ends
         found = in_lobes(
-            self.space, self.lights, ends, step.keys, step.index, step.bounce, self.seed
+            self.space, self.lights, ends, step.keys, step.index, step.bounce, self.seed,
+            self.images if self.lights.lamps else (),
         )
         if step.bounce > 0 and self.emitted.any():
             k, owner, _ = self.places(ends)

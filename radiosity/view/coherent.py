@@ -15,7 +15,15 @@ from radiosity.scene.model import Scene
 from radiosity.solve.optics import make_optics
 from radiosity.solve.reach import Reach
 from radiosity.transport.optics import Side
-from radiosity.transport.paths import DEPTH, Bundle, Space, follow, medium_at, rays_within
+from radiosity.transport.paths import (
+    DEPTH,
+    Bundle,
+    Space,
+    first_rays,
+    follow,
+    medium_at,
+    rays_within,
+)
 from radiosity.view.shading import Shading
 from radiosity.view.sightlines import Seen, rows_of
 
@@ -75,8 +83,11 @@ def _start(view, space, origin, rows, points, directions) -> Bundle:
     hits, begin = (
         ((x - visibility.centre) * visibility.scale).astype(np.float32) for x in (points, origins)
     )
+    ways = directions.astype(np.float32)
+    if np.ndim(origin) == 2 and np.any(origin != origin[0]):  # each line begins by itself
+        return first_rays(space, sides, hits, begin, ways, np.arange(len(rows)))
     medium = np.full(len(rows), medium_at(space, origins[0]))
-    return rays_within(space, sides, hits, begin, directions.astype(np.float32), medium)
+    return rays_within(space, sides, hits, begin, ways, medium)
 
 
 def _add_ends(view, shading, ends, keys, index, own, seen, best):

@@ -7,6 +7,7 @@ each sample the share p/(p_1 + p_2) of its own density p per steradian.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numba import njit
@@ -60,6 +61,11 @@ def glossy_radiance(
         leaving += highlight(around, lobe, light, *args, shared=sampled)
     for lamp in around.lights.lamps:
         leaving += glint(around, lobe, lamp, points, normals, frames, view)
+    for image in around.tracer.images if around.tracer is not None else ():
+        seen = replace(around, visibility=image.senders.visibility, lights=image.lights)
+        share = image.sees(points)[:, None] * image.share
+        for lamp in image.lights.lamps:
+            leaving += share * glint(seen, lobe, lamp, points, normals, frames, view)
     return leaving
 
 

@@ -15,10 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shading:
-    """What `radiance` needs to know of every patch: emission, diffuse reflectance, lobe, coats.
-
-    What a mirror reflects is spread evenly, so it is among the diffuse.
-    """
+    """What `radiance` needs to know of every patch: emission, diffuse reflectance, lobe, coats."""
 
     emission: np.ndarray  # (n, bands) W/(m2 sr)
     diffuse: np.ndarray  # (n, bands)
