@@ -16,7 +16,7 @@ from radiosity.transport.caustics import FEWEST, rays_of
 from radiosity.transport.hemisphere import meet, rays_from
 from radiosity.transport.highlights import evenly_on
 from radiosity.transport.irradiance import direct_irradiance
-from radiosity.transport.paths import OPEN, Bundle, first_rays, follow, squares
+from radiosity.transport.paths import DEEP, OPEN, Bundle, first_rays, follow, squares
 from radiosity.transport.tracer import Step
 
 RAYS, IN_ALL = 256, 1 << 18  # from a node at most, and from all together about
@@ -28,42 +28,48 @@ FARTHEST = 600.0  # of ways in a medium, in units of its absorption: e^600 is st
 
 @dataclass(frozen=True)
 class Onward:
-    """Power in W a band (bands,) that patches sent on.
+    """Power in W a band (bands,) that came to patches ``rows`` which send light on.
 
-    ``escaped`` of it left the scene without being scattered, and media ``swallowed`` some.
+    They ``absorbed`` some, some ``escaped`` without being scattered and media ``swallowed`` some.
     """
 
-    sent: np.ndarray
+    rows: np.ndarray
+    absorbed: np.ndarray
     escaped: np.ndarray
     swallowed: np.ndarray
 
 
 def find_onward(level) -> Onward:
-    """Return what the patches of a solved mesh with a tracer send on."""
+    """Return what becomes of the light at patches that send it on, of a mesh with a tracer.
+
+    Added up by rays: a small difference of what arrives and what goes on would be lost in noise.
+    """
     tracer, patches, rows = level.tracer, level.reach.patches, level.rows
     place = np.where(patches.front[rows], 2 * rows, 2 * patches.front_of[rows] + 1)
     mine = np.flatnonzero(tracer.space.sends_on(place))
     bands = level.scene.bands.count
     if not len(mine):
-        return Onward(*np.zeros((3, bands)))
+        return Onward(mine, *np.zeros((3, bands)))
     nodes = make_nodes(make_elements(patches, rows[mine], 1))
     side = place[mine][nodes.owner]
     normals = patches.normal[rows[mine]][nodes.owner]
     k = int(np.clip(IN_ALL // len(side), 16, RAYS))
     found = np.zeros((3, len(side), bands))
-    _of_rays(level, nodes.points, normals, side, k, found)
+    kept = np.zeros((2 * patches.fronts, bands))
+    kept[place] = level.terms.absorptance[rows]
+    _of_rays(level, nodes.points, normals, side, kept, k, found)
     for light in range(len(tracer.lights.polygons)):
-        sent, lost = _of_light(tracer, light, nodes.points, normals, side)
-        found[0] += sent
+        taken, lost = _of_light(tracer, light, nodes.points, normals, side, kept)
+        found[0] += taken
         found[2] += lost
     area = patches.area[rows[mine]] * level.scene.unit_m**2
     fit = nodes.fit[: len(mine)]
-    by_lamps = _of_lamps(level, level.scene)
-    return Onward(*(area @ (fit @ x) + y for x, y in zip(found, by_lamps, strict=True)))
+    by_lamps = _of_lamps(level, level.scene, kept)
+    return Onward(mine, *(area @ (fit @ x) + y for x, y in zip(found, by_lamps, strict=True)))
 
 
-def _of_rays(level, points, normals, side, count, found):
-    """Add what arrives along rays from points on sides, times what these send on of it.
+def _of_rays(level, points, normals, side, kept, count, found):
+    """Add what becomes of what arrives along rays from points on sides.
 
     But for what comes straight from lights that are looked for by themselves.
     """
@@ -79,10 +85,10 @@ def _of_rays(level, points, normals, side, count, found):
     owner = np.repeat(np.arange(len(points)), count)
     start = first_rays(space, sides, hits, begin, directions, owner)
     cosine = np.clip(np.einsum("kc,kc->k", directions, normals[owner]), 0.0, 1.0)
-    share = _sent_on(space, side[owner], cosine) / count
+    share = (kept[side[owner]] - _sent_on(space, side[owner], cosine)) / count
     keys, index = keys[owner], np.tile(np.arange(count), len(points))
     light = np.zeros((len(owner), space.optics.bands))
-    steps = itertools.chain([start], follow(space, start, keys, index, seed))
+    steps = itertools.chain([start], follow(space, start, keys, index, seed, depth=DEEP))
     for bounce, ends in enumerate(steps):
         r = ends.ray
         step = Step(owner[r], ends, bounce, keys[r], index[r], np.ones(len(r)))
@@ -99,11 +105,10 @@ def _of_rays(level, points, normals, side, count, found):
         np.add.at(found[1], owner[out], light * left)
 
 
-def _of_light(tracer, light, points, normals, side):
-    """Return what a light sends to points on sides, times what these send on of it.
+def _of_light(tracer, light, points, normals, side, kept):
+    """Return what points on sides absorb of what a light sends, and what media swallow next.
 
-    And of that what media swallow next. Means over points on the light, weighted by what they would
-    send to a plane.
+    Means over points on the light, weighted by what they would send to a plane.
     """
     one, space, seed = tracer.lights.only(light), tracer.space, tracer.seed
     keys = KEY + np.arange(len(points))
@@ -123,19 +128,20 @@ def _of_light(tracer, light, points, normals, side):
             lost += weight[:, None] * _swallowed_next(space, side, points, ways, seed)
     grazing = _sent_on(space, side, np.full(len(points), GRAZING))  # of what no point met
     whole = np.where(total > 0.0, total, 1.0)
-    sent = arriving * np.where(total > 0.0, share / whole, grazing)
-    return sent, arriving * lost / whole
+    sent = np.where(total > 0.0, share / whole, grazing)
+    return arriving * (kept[side] - sent), arriving * lost / whole
 
 
-def _of_lamps(level, scene):
-    """Return what lamps send to sides, times what these send on of it, bounce by bounce."""
+def _of_lamps(level, scene, kept):
+    """Return what sides absorb of what lamps send, what escapes and what media swallow."""
     space, seed = level.tracer.space, level.recipe.seed
     targets = make_targets(scene.faces, space.visibility, space.optics.wanted())
-    sent, escaped, swallowed = np.zeros((3, scene.bands.count))
+    absorbed, escaped, swallowed = np.zeros((3, scene.bands.count))
     for number, lamp in enumerate(scene.lights):
         start, power = rays_of(space, targets, lamp, number, scene.unit_m, FEWEST, seed)
         keys, index = np.full(len(power), KEY), np.arange(len(power))
-        for ends in itertools.chain([start], follow(space, start, keys, index, seed)):
+        rays = follow(space, start, keys, index, seed, depth=DEEP)
+        for ends in itertools.chain([start], rays):
             light = power[ends.ray] * ends.share
             escaped += light[ends.sides < 0].sum(axis=0)
             swallowed += (power[ends.ray] * _swallowed(space, ends)).sum(axis=0)
@@ -146,8 +152,8 @@ def _of_lamps(level, scene):
                 "kc,kc->k", ends.directions[k], space.optics.facing(face, back, points)
             )
             share = _sent_on(space, ends.sides[k], np.clip(cosine, 0.0, 1.0))
-            sent += (light[k] * share).sum(axis=0)
-    return sent, escaped, swallowed
+            absorbed += (light[k] * (kept[ends.sides[k]] - share)).sum(axis=0)
+    return absorbed, escaped, swallowed
 
 
 def _sent_on(space, side, cosine):
@@ -166,7 +172,7 @@ def _left(space, side, points, directions, seed):
     k = len(side)
     found = np.zeros((k, space.optics.bands))
     here = _arriving(space, side, points, directions)
-    for ends in follow(space, here, KEY + np.arange(k), np.zeros(k, int), seed):
+    for ends in follow(space, here, KEY + np.arange(k), np.zeros(k, int), seed, depth=DEEP):
         out = np.flatnonzero(ends.sides < 0)
         np.add.at(found, ends.ray[out], ends.share[out])
     return found

@@ -46,9 +46,15 @@ class NotConverged(RuntimeError):
 class Unbalanced(NotConverged):
     """A solution that makes or loses light; ``history`` holds its solver's error bounds."""
 
-    def __init__(self, defect: float, history: list[float], order: int):
+    def __init__(self, defect: float, history: list[float], order: int, caught: bool = False):
         self.history = history
         way_out = "use a finer --mesh, or auto" if order else "make the form factors anew"
+        if caught:
+            way_out = (
+                "mirrors, or total reflection inside of clear bodies, keep it for too long, or it "
+                "goes from face to face inside of a body that absorbs: let mirrors absorb more, or "
+                "take lamps and faces out of clear bodies"
+            )
         RuntimeError.__init__(
             self, f"{defect:.3g} of the light emitted is neither absorbed nor leaves: {way_out}"
         )

@@ -135,14 +135,15 @@ class Solution:
         area = (self.patches.area[rows] * self.scene.unit_m**2)[:, None]
         m = len(rows)
         emitted = (area * (level.terms.emission[rows] + level.entering[:m])).sum(axis=0)
-        absorbed = (area * level.terms.absorptance[rows] * level.arriving[:m]).sum(axis=0)
+        absorbed = area * level.terms.absorptance[rows] * level.arriving[:m]
         escaped = (area * level.escaping).sum(axis=0)
         if level.terms.sent_on is None:
-            return Balance(emitted, absorbed, escaped)
+            return Balance(emitted, absorbed.sum(axis=0), escaped)
         from radiosity.solve.budget import find_onward
 
         onward = find_onward(level)
-        absorbed = absorbed - onward.sent + onward.swallowed
+        absorbed[onward.rows] = 0.0
+        absorbed = absorbed.sum(axis=0) + onward.absorbed + onward.swallowed
         return Balance(emitted, absorbed, escaped + onward.escaped)
 
     @cached_property

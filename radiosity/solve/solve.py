@@ -134,5 +134,6 @@ def _judged(solution: Solution) -> Solution:
     history, accuracy = solution.history, solution.plan.accuracy
     defect = solution.balance.defect
     if not defect <= UNBALANCED or not (history[-1] <= accuracy or defect <= accuracy):
-        raise Unbalanced(defect, history, solution.plan.recipe.order)
+        order, caught = solution.plan.recipe.order, solution.scene.sends_on
+        raise Unbalanced(defect, history, order, caught)
     return solution

@@ -17,7 +17,7 @@ from radiosity.light.sources import Light
 from radiosity.transport.aiming import Targets, aimed_rays
 from radiosity.transport.borrow import borrowed
 from radiosity.transport.hemisphere import meet
-from radiosity.transport.paths import Bundle, Space, first_rays, follow
+from radiosity.transport.paths import DEEP, Bundle, Space, first_rays, follow
 from radiosity.transport.sampling import hashed, sobol
 from radiosity.transport.threads import over_ranges
 
@@ -252,7 +252,7 @@ def _places(corners, running, shift, faces, points, face):
 def _followed(space, ends, power, seed):
     """Return begins, ends, sides and powers of what follows, of each bounce."""
     found, keys = [], np.full(len(power), KEY)
-    for rays in follow(space, ends, keys, np.arange(len(power)), seed, lobes=False):
+    for rays in follow(space, ends, keys, np.arange(len(power)), seed, lobes=False, depth=DEEP):
         k = np.flatnonzero(rays.state <= 0)
         far = rays.way[k, None] / space.visibility.scale
         end = space.points(rays.hits[k].astype(np.float64))

@@ -3,8 +3,8 @@
 Radiance L that arrives along a ray from a surface is what that leaves diffusely there, and what it
 sends on: k_r L along the mirrored ray, k_t L (n_here/n_there)^2 along the refracted one (L/n^2 is
 invariant), exp(-a d) L after a way d in a medium, and f cos/density of one ray chosen by a lobe.
-Rays branch at every such surface, and end after `DEPTH` of them or where a path has become weaker
-than a least share.
+Rays branch at every such surface, and end after so many of them (`DEPTH`, `DEEP`) or where a path
+has become weaker than a least share.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ from radiosity.transport.visibility import LIFT, Visibility
 if TYPE_CHECKING:
     from radiosity.transport.images import Planes
 
-DEPTH, LEAST = 24, 1e-3
+DEPTH, DEEP, LEAST = 24, 64, 1e-3  # bounces in pictures and between elements; share of a path
 SALT = 1 << 44  # tells the patterns of lobes from others
 OPEN = -1  # the medium of rays in none
 UNIT = 2.0**-53

@@ -13,7 +13,7 @@ from radiosity.transport.hemisphere import meet, rays_from
 from radiosity.transport.highlights import counted, in_lobes
 from radiosity.transport.images import Image
 from radiosity.transport.irradiance import Lights
-from radiosity.transport.paths import Bundle, Space, first_rays, follow
+from radiosity.transport.paths import DEEP, Bundle, Space, first_rays, follow
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class Tracer:
             factor[(sides < 0) | (space.faces(sides) != face)] = 0.0
         good = np.flatnonzero(space.sends_on(sides) & (factor > 0.0))
         start = first_rays(space, sides, hits, begin, directions, owner).some(good)
-        steps = itertools.chain([start], follow(space, start, keys, index, self.seed))
+        steps = itertools.chain([start], follow(space, start, keys, index, self.seed, depth=DEEP))
         for bounce, ends in enumerate(steps):
             k = ends.ray
             yield Step(owner[k], ends, bounce, keys[k], index[k], factor[k])
