@@ -54,7 +54,9 @@ def test_command(command, folder):
         assert {line.split()[0] for line in done.stdout.splitlines()} >= set(SUITES)
     for option, value in zip(words, words[1:], strict=False):
         if option == "-o":
-            assert (folder / value).stat().st_size > 0
+            stem, suffix = value.rsplit(".", 1)
+            made = list(folder.glob(f"{stem}-*.{suffix}")) if "--all" in words else [folder / value]
+            assert made and all(path.stat().st_size > 0 for path in made)
 
 
 def test_python_example(folder):
