@@ -82,7 +82,6 @@ class Caustics:
         count = found**2 / np.where(square > 0.0, square, 1.0)
         return found / area, SPREAD * found / area * np.maximum(count, 1.0) ** -0.75
 
-
     def near(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Return (k, bands) the irradiance at points of surfaces, W/m2, by the rays that end there.
 

@@ -2,8 +2,8 @@
 
 Extended form factors: E(x) = sum over j of int_j (K + K_c)(x, y) B_j(y) dA, beside the kernel K of
 what x sees K_c of what it sees by way of surfaces that send light on along single directions. B
-holds only what leaves diffusely. K_c is found by cosine-distributed rays from x, each followed
-through such surfaces (`follow`).
+holds only what leaves diffusely. K_c is found by rays from x at such surfaces, each followed on
+(`Tracer`), and of planar mirrors exactly (`Image`).
 """
 
 from collections.abc import Iterator
