@@ -4,29 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes_for_tests import block, box
+from scenes_for_tests import block
+from test_chains import ONE, WALLS, scene_of, surface
 
 from radiosity.light.coherent import Constant
 from radiosity.light.sources import Directional, Point, Spot
-from radiosity.mesh.faces import Faces
-from radiosity.scene.model import Material, Scene
 from radiosity.solve.chains import arriving_by_chains
 from radiosity.solve.solve import solve
 from radiosity.transport.images import Plane, _in_front, _screen
-
-ONE = np.ones(3)
-WALLS = box((0, 0, 0), (4, 3, 2.5))
-
-
-def surface(name, reflectance, exitance=0.0, **optics):
-    rho = reflectance * ONE
-    return Material(name, rho, 1 - rho, exitance * ONE / np.pi, **optics)
-
-
-def scene_of(parts, materials, **more):
-    kind = np.repeat(np.arange(len(parts)), [len(p) for p in parts])
-    faces = Faces.from_polygons(np.concatenate(parts), kind, 0, merge=False)
-    return Scene("test", faces, tuple(materials), ("all",), **more)
 
 
 def area(polygons):

@@ -76,8 +76,7 @@ def _of_rays(level, points, normals, side, kept, count, found):
     lights, seed = level.tracer.lights.without_lamps(), level.recipe.seed
     space = replace(level.tracer.space, planes=None)  # rays tell of planar mirrors, too
     tracer = replace(level.tracer, lights=lights, space=space)
-    rest = level.coefficients.copy()
-    rest[: len(tracer.emitted)] -= tracer.emitted
+    rest = tracer.beside_lights(level.coefficients)
     keys = KEY + np.arange(len(points))
     origins, directions = rays_from(space.visibility, points, normals, keys, range(count), seed)
     begin = origins.copy()

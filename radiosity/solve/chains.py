@@ -7,7 +7,6 @@ from radiosity.scene.model import Scene
 from radiosity.solve.optics import make_optics
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
-from radiosity.solve.system import make_terms
 from radiosity.transport.aiming import make_targets
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.caustics import FEWEST, MOST, find_caustics
@@ -29,13 +28,13 @@ RAYS_AT_ONCE = 1 << 15
 
 
 def make_tracer(
-    scene: Scene, reach: Reach, elements: Elements, tolerance: np.ndarray, recipe: Recipe,
-    lights: Lights, exactly: bool = True,
+    scene: Scene, reach: Reach, elements: Elements, emission: np.ndarray, tolerance: np.ndarray,
+    recipe: Recipe, lights: Lights, exactly: bool = True,
 ) -> Tracer:  # fmt: skip
     """Return what follows light back to the elements of the live patches.
 
-    ``tolerance`` (n,) is that of factors from points to elements, see `make_senders`; ``exactly``:
-    planar mirrors not by rays.
+    ``emission`` (n, bands) is that of the elements, ``tolerance`` (n,) that of factors from points
+    to them, see `make_senders`; ``exactly``: planar mirrors not by rays.
     """
     patches, rows = reach.patches, np.flatnonzero(reach.live)
     place = np.full(len(patches) + 1, -1)
@@ -46,11 +45,9 @@ def make_tracer(
     planes = find_planes(scene.faces, patches, optics, size) if exactly else None
     space = Space(reach.visibility, reach.table, optics, planes)
     areas = np.zeros(len(scene.faces))
-    emitted = np.zeros((len(rows), scene.bands.count))
-    if len(lights.polygons):
-        emitted = make_terms(scene, patches, reach.live).emission[rows]
-        face = patches.face[rows[emitted.any(axis=1)]]
-        areas[face] = scene.faces.areas()[face]
+    emitted = emission if len(lights.polygons) else np.zeros_like(emission)
+    face = patches.face[rows[emitted.any(axis=1)]]
+    areas[face] = scene.faces.areas()[face]
     targets = make_targets(scene.faces, reach.visibility, optics.wanted())
     if len(targets.face) > MOST_TARGETS:
         targets = None
@@ -82,12 +79,14 @@ def chains_of(
 
 
 def cluster_chains_of(
-    scene: Scene, reach: Reach, recipe: Recipe, labels: np.ndarray, lights: Lights
+    scene: Scene, reach: Reach, emission: np.ndarray, recipe: Recipe, labels: np.ndarray,
+    lights: Lights,
 ) -> tuple[Tracer, Chains]:
     """Return what follows light back to live patches, and what comes so to their clusters."""
     rows = np.flatnonzero(reach.live)
     elements = make_elements(reach.patches, rows, 0)
-    tracer = make_tracer(scene, reach, elements, np.zeros(0), recipe, lights, exactly=False)
+    made = scene, reach, elements, emission, np.zeros(0), recipe, lights
+    tracer = make_tracer(*made, exactly=False)
     rays = int(np.clip(recipe.counted // max(1, labels.max(initial=0) + 1), *RAYS))
     return tracer, cluster_chains(tracer, reach.patches, rows, labels, rays)
 
@@ -107,7 +106,7 @@ def arriving_by_chains(
     """
     k, bands = len(points), coefficients.shape[1]
     parts, exact, noise = np.zeros((PARTS, k, bands)), *np.zeros((2, k, bands))
-    each = rays // PARTS
+    each, rest = rays // PARTS, tracer.beside_lights(coefficients)
 
     def work(a, b):
         exact[a:b] = tracer.lamplight(points[a:b], normals[a:b])
@@ -121,17 +120,15 @@ def arriving_by_chains(
         for part in range(PARTS):
             some = range(part * each, (part + 1) * each)
             here = points[a:b], normals[a:b], keys, some
-            parts[part, a:b] = _radiosity_seen(tracer, coefficients, ambient, *here)
+            parts[part, a:b] = _radiosity_seen(tracer, rest, ambient, *here)
 
     over_ranges(work, k, max(1, RAYS_AT_ONCE // each))
     error = parts.std(axis=0, ddof=1) / np.sqrt(PARTS)
     return Arrival(parts.mean(axis=0) + exact, np.hypot(error, noise), np.ones(k))
 
 
-def _radiosity_seen(tracer, coefficients, ambient, points, normals, keys, samples):
-    found = np.zeros((len(points), coefficients.shape[1]))
-    rest = coefficients.copy()
-    rest[: len(tracer.emitted)] -= tracer.emitted
+def _radiosity_seen(tracer, rest, ambient, points, normals, keys, samples):
+    found = np.zeros((len(points), rest.shape[1]))
     for step in tracer.paths(points, normals, keys, samples):
         light = np.pi * tracer.straight(step)
         if step.bounce > 0:

@@ -174,7 +174,7 @@ def solve_clusters(
         for some in (range(half), range(half, 2 * half))
     )  # fmt: skip
     factors = repaired(counted_factors(one + two, area, 2 * half))
-    tracer, chains = _chains(scene, reach, recipe, labels, lights)
+    tracer, chains = _chains(scene, reach, terms.emission[rows], recipe, labels, lights)
     made = solved(
         scene, reach, recipe, terms, lights, labels, factors, straight, lamplight, chains, watch
     )
@@ -198,13 +198,13 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     return replace(made, tracer=level.tracer)
 
 
-def _chains(scene, reach, recipe, labels, lights):
+def _chains(scene, reach, emission, recipe, labels, lights):
     """Return what follows light along single directions, and what it found; None where none is."""
     if not scene.sends_on:
         return None, None
     from radiosity.solve.chains import cluster_chains_of  # others need none of it
 
-    return cluster_chains_of(scene, reach, recipe, labels, lights)
+    return cluster_chains_of(scene, reach, emission, recipe, labels, lights)
 
 
 def _kinds(scene, patches, rows):

@@ -260,7 +260,8 @@ def solve_level(
     lamplight = _lamplight(scene, reach, elements, len(own), constant)
     entering = from_outside(scene, outside) + lamplight
     sheets = None if terms.transmittance is None else sheets_of(terms, elements, rows)
-    tracer, chains = _chains(scene, reach, senders, recipe, constant, progress)
+    emission = terms.emission[rows]
+    tracer, chains = _chains(scene, reach, senders, emission, recipe, constant, progress)
     more = [x if x is None or recipe.order == 1 else x.spread(rows, len(own))
             for x in (sheets, chains)]  # fmt: skip
     if chains is not None:
@@ -294,14 +295,14 @@ def _lamplight(scene, reach, elements, own, constant):
     return found
 
 
-def _chains(scene, reach, senders, recipe, constant, progress):
+def _chains(scene, reach, senders, emission, recipe, constant, progress):
     """Return what follows light along single directions, and what it found; None where none is."""
     if not scene.sends_on:
         return None, None
     from radiosity.solve.chains import chains_of, make_tracer  # others need none of it
 
     tracer = make_tracer(
-        scene, reach, senders.elements, senders.sight.tolerance, recipe, lights_of(scene)
+        scene, reach, senders.elements, emission, senders.sight.tolerance, recipe, lights_of(scene)
     )
     return tracer, chains_of(tracer, reach, recipe, constant, progress)
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from radiosity.mesh.corners import normal_between, weights
 from radiosity.scene.model import Material, Scene
-from radiosity.transport.lookup import Table, coordinates_at
+from radiosity.transport.curved import smooth_normals
+from radiosity.transport.lookup import Table
 from radiosity.transport.optics import Optics, Side
 
 
@@ -16,7 +16,7 @@ def make_optics(scene: Scene, table: Table) -> Optics:
     if faces.is_curved.any():
 
         def smooth(face, points):
-            return _between_corners(faces, table, normal, face, points)
+            return smooth_normals(faces, table, normal[face], face, points)
 
     sides = tuple(_sides_of(m) for m in scene.materials)
     return Optics(faces.material, sides, _absorption(scene), normal, smooth)
@@ -49,13 +49,3 @@ def _sides_of(material: Material) -> tuple[Side | None, Side | None]:
         behind = mirror.behind if mirror is not None else None
         return front, Side(lobe, behind, passage.behind)
     return front, front if material.two_sided else None
-
-
-def _between_corners(faces, table, normal, face, points):
-    found = normal[face]
-    k = np.flatnonzero(faces.is_curved[face])
-    if len(k):
-        st = coordinates_at(table, face[k], np.ascontiguousarray(points[k], dtype=np.float64))
-        weight = weights(st, faces.is_triangle[face[k]])
-        found[k] = normal_between(faces.corner_normals[face[k]], weight, normal[face[k]])
-    return found

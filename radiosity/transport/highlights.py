@@ -14,7 +14,7 @@ from radiosity.transport.irradiance import Lights
 from radiosity.transport.lamps import reaching
 from radiosity.transport.paths import Bundle, Space, squares
 from radiosity.transport.polygon import first_half, place_evenly
-from radiosity.transport.visibility import LIFT
+from radiosity.transport.visibility import LIFT, Visibility
 
 
 def in_lobes(
@@ -75,7 +75,8 @@ def _of_polygon(space, lights, lobe, points, normals, frames, view, light, u):
     value = lobe.value(local, view)
     found = np.zeros_like(value)
     k = np.flatnonzero((cosine > 0) & (cosine_there > 0) & value.any(axis=1))
-    k = k[_seen(space.visibility, points[k], normals[k], there[k], lights.normals[light])]
+    facing = lights.normals[light]
+    k = k[~blocked(space.visibility, points[k], normals[k], there[k], facing)]
     if len(k):
         by_light = r2[k] / (cosine_there[k] * whole)
         share = by_light / (by_light + lobe.density(view[k], local[k]))
@@ -121,10 +122,10 @@ def area_of_polygon(v: np.ndarray) -> float:
     return float(np.linalg.norm(np.cross(v[2] - v[0], v[3] - v[1])) / 2.0)
 
 
-def _seen(visibility, points, normals, there, facing):
-    """Return (k,) bool: whether nothing lies between points and points of a light."""
+def blocked(visibility: Visibility, points, normals, there, facing) -> np.ndarray:
+    """Return (k,) bool: whether anything lies between points and points of a light (k, 3)."""
     if not len(points):
         return np.zeros(0, bool)
     start = (points - visibility.centre) * visibility.scale + LIFT * normals
     end = (there - visibility.centre) * visibility.scale + LIFT * facing
-    return ~visibility.blocked(start.astype(np.float32), (end - start).astype(np.float32))
+    return visibility.blocked(start.astype(np.float32), (end - start).astype(np.float32))

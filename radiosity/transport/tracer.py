@@ -143,6 +143,12 @@ class Tracer:
             found[k] += share * self.emitted[owner] / np.pi
         return found
 
+    def beside_lights(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return coefficients (width n, bands) of radiosity without what `straight` tells."""
+        rest = coefficients.copy()
+        rest[: len(self.emitted)] -= self.emitted
+        return rest
+
     def radiosity(self, ends: Bundle, coefficients: np.ndarray, ambient) -> np.ndarray:
         """Return (k, bands) what the ends send back: B of elements, pi L of the outside, W/m2."""
         found = np.zeros_like(ends.share)

@@ -14,12 +14,12 @@ from radiosity.light.bump import tilt
 from radiosity.mesh.corners import (
     between,
     in_front,
-    normal_between,
     onto_curve,
     slopes,
     weights,
 )
 from radiosity.scene.model import Scene
+from radiosity.transport.curved import smooth_normals
 from radiosity.transport.lookup import Table, coordinates_at
 
 
@@ -55,9 +55,7 @@ class Detail:
         """Return the unit shading normals (k, 3) at points of faces, on the sides (k,) 1 or -1."""
         faces = self.scene.faces
         own = faces.normals()[face]
-        found = own.copy()
-        for mine, weight in self._curved(face, points):
-            found[mine] = normal_between(faces.corner_normals[face[mine]], weight, own[mine])
+        found = smooth_normals(faces, self.table, own, face, points)
         bumps = [m.bump for m in self.scene.materials]
         for bump, mine, weight, st in self._used(bumps, face, points):
             slope = bump.slope(between(faces.uv[face[mine]], weight))

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from radiosity.light.frames import frame, to_local, to_scene
-from radiosity.transport.highlights import area_of_polygon, evenly_on
+from radiosity.transport.highlights import area_of_polygon, blocked, evenly_on
 from radiosity.transport.irradiance import Surroundings, direct_irradiance, sent_along
 from radiosity.transport.lamps import reaching
 from radiosity.transport.sampling import hashed, sobol
@@ -207,12 +207,6 @@ def _share(ratio):
 
 def _blocked(around, points, normals, there, facing, wanted):
     """Return (p, k) bool: whether the way to each point on the light is blocked."""
-    visibility = around.visibility
-    blocked = np.zeros(wanted.shape, bool)
-    p, k = np.nonzero(wanted)
-    if not len(p):
-        return blocked
-    start = (points[p] - visibility.centre) * visibility.scale + LIFT * normals[p]
-    end = (there[p, k] - visibility.centre) * visibility.scale + LIFT * facing
-    blocked[p, k] = visibility.blocked(start.astype(np.float32), (end - start).astype(np.float32))
-    return blocked
+    found, (p, k) = np.zeros(wanted.shape, bool), np.nonzero(wanted)
+    found[p, k] = blocked(around.visibility, points[p], normals[p], there[p, k], facing)
+    return found
