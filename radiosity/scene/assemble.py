@@ -29,33 +29,24 @@ def geometry_problem(geometry: Geometry) -> str | None:
     return None
 
 
-def default_material(name: str = DEFAULT) -> Material:
-    """Return the grey material of surfaces that name none that is defined."""
-    grey = np.full(3, DEFAULT_REFLECTANCE)
-    return Material(name, grey, 1 - grey, np.zeros(3))
-
-
 def with_materials(
-    geometry: Geometry, defined: dict[str, Material], palette: Palette
+    geometry: Geometry, defined: dict[str, Material], bands: int
 ) -> tuple[Faces, tuple[Material, ...], list[str]]:
     """Return the faces with indices into a table of materials, the table and notes.
 
-    What is ``defined`` is in the bands of the palette, what the file says in RGB.
-
-    The scene's own definition wins, then the geometry file's, then the default, which is noted.
-    All defined materials come first, in their order, whether used or not.
+    All defined materials come first, in their order, whether used or not; what is not defined is
+    grey, which is noted.
     """
     table, notes = dict(defined), []
     for name in geometry.material_names:
-        if name not in table and name not in geometry.materials:
+        if name not in table:
             named = "faces without a material" if name == DEFAULT else f'material "{name}"'
             notes.append(
                 f"{named}: not defined, reflects {DEFAULT_REFLECTANCE:g} of all light; "
                 f"[materials.{name}] defines it"
             )
-        if name not in table:
-            given = geometry.materials.get(name) or default_material(name)
-            table[name] = _coloured(given, palette)
+            grey = np.full(bands, DEFAULT_REFLECTANCE)
+            table[name] = Material(name, grey, 1 - grey, np.zeros(bands))
     unused = [name for name in defined if name not in geometry.material_names]
     notes += [f'material "{name}" is defined but no face has it' for name in unused]
     place = {name: k for k, name in enumerate(table)}
@@ -65,17 +56,6 @@ def with_materials(
     if old.degenerate:
         notes.append(f"{old.degenerate} faces without area were left out")
     return faces, tuple(table.values()), notes
-
-
-def _coloured(material: Material, palette: Palette) -> Material:
-    """Return a material whose numbers are RGB in the bands of a palette."""
-    diffuse, absorptance, emission = (
-        tuple(x) for x in (material.diffuse, material.absorptance, material.emission)
-    )
-    return replace(
-        material, diffuse=palette.share(diffuse), absorptance=palette.share(absorptance),
-        emission=palette.light(emission),
-    )  # fmt: skip
 
 
 def in_bands(kind: str | int, has_spectra: bool, make: Callable[[Palette], Scene]) -> Scene:

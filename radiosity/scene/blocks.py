@@ -15,6 +15,7 @@ from radiosity.scene.schema import (
     POINT,
     POLYGON,
     SCALE,
+    UNITS,
     UVS,
     GeometryTable,
     at,
@@ -22,15 +23,18 @@ from radiosity.scene.schema import (
     dotted,
 )
 
+GLTF = ".glb", ".gltf"
+
 
 def parts_of(
     blocks, read_geometry: Callable[[str, bool], Geometry], merge: bool, uv: bool,
-    problems: list[str],
+    frame: tuple[str, str], problems: list[str],
 ) -> list[Geometry | None]:  # fmt: skip
     """Return the geometry of every ``[[geometry]]`` block, None where something is wrong.
 
     Values are taken key by key, so that a wrong one does not hide the mistakes of the others.
-    ``uv`` tells whether texture coordinates are kept, see `read_toml` for the rest.
+    ``uv`` tells whether texture coordinates are kept, ``frame`` the scene's unit and axis, see
+    `radiosity.scene.toml.read_tables` for the rest.
     """
     if isinstance(blocks, list) and not blocks:
         problems.append(
@@ -46,9 +50,37 @@ def parts_of(
         matrix = _placement(raw, path, problems)
         part = _part(raw, path, read_geometry, merge, uv, problems)
         if len(problems) == before:
-            part = _smoothed(part.placed(matrix), raw.get("smooth"), path, problems)
+            part = part.placed(matrix @ _into(frame, part, raw))
+            part = _smoothed(part, raw.get("smooth"), path, problems)
         parts.append(part if len(problems) == before else None)
     return parts
+
+
+def frame_of(raw: dict) -> tuple[str, str]:
+    """Return the unit and the axis of a scene file, given or by default.
+
+    Up is z; y where all geometry comes from glTF files, which have it so.
+    """
+    unit, up, blocks = raw.get("unit"), raw.get("up"), raw.get("geometry")
+    tables = blocks if isinstance(blocks, list) else []
+    files = [b.get("file") for b in tables if isinstance(b, dict)]
+    all_gltf = files and all(isinstance(f, str) and f.lower().endswith(GLTF) for f in files)
+    unit = unit if isinstance(unit, str) and unit in UNITS else "m"
+    return unit, up if up in ("x", "y", "z") else "y" if all_gltf else "z"
+
+
+def _into(frame, part, raw):
+    """Return the matrix (4, 4) from a block's own unit and axis, or its format's, to the scene's.
+
+    Axes turn the short way: from y to z the old z becomes -y.
+    """
+    unit, up = raw.get("unit", part.unit or frame[0]), raw.get("up", part.up or frame[1])
+    matrix, old, new = np.eye(4), "xyz".index(up), "xyz".index(frame[1])
+    if old != new:
+        matrix[old, old] = matrix[new, new] = 0.0
+        matrix[new, old], matrix[old, new] = 1.0, -1.0
+    matrix[:3] *= UNITS[unit] / UNITS[frame[0]]
+    return matrix
 
 
 def _smoothed(part, smooth, path, problems):

@@ -2,6 +2,7 @@
 
 import difflib
 import io
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 from radiosity.light.palette import ACCURACY, kind_of
 from radiosity.mesh.faces import Faces, has_area
 from radiosity.mesh.given import Given
-from radiosity.scene.assemble import default_camera, geometry_problem, in_bands, with_materials
+from radiosity.scene.assemble import geometry_problem
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.model import Scene, SceneError
 from radiosity.scene.obj import read_obj
@@ -19,8 +20,9 @@ LARGEST = 2**30  # bytes
 
 
 def load(
-    path: str | Path, merge: bool = True, bands: str | int = "auto", accuracy: float = ACCURACY
-) -> Scene:
+    path: str | Path, merge: bool = True, bands: str | int = "auto", accuracy: float = ACCURACY,
+    unit: str | None = None, up: str | None = None,
+) -> Scene:  # fmt: skip
     """Return the scene of a TOML file, or of a bare geometry file.
 
     Parameters
@@ -35,13 +37,15 @@ def load(
         spectral where a colour comes from a spectrum's file, otherwise rgb.
     accuracy : float
         That answers will be asked for: of spectra it chooses how many wavelengths.
+    unit, up : str, optional
+        Of a bare geometry file: ``m``, ``cm``, ``mm``, ``in`` or ``ft``, and ``x``, ``y`` or ``z``.
 
     Raises
     ------
     SceneError
         Lists everything that is wrong with the file and with those it names.
     ValueError
-        Unknown ``bands``.
+        Unknown ``bands``; ``unit`` or ``up`` of a scene file, which has its own.
 
     Examples
     --------
@@ -50,9 +54,11 @@ def load(
     ('Room of six faces', 6, 'm')
     """
     path = Path(path)
-    kind = kind_of(bands, False, accuracy)
+    kind_of(bands, False, accuracy)
     if path.suffix.lower() != ".toml":
-        return _bare(path, merge, kind)
+        return _bare(path, merge, bands, accuracy, {"unit": unit, "up": up})
+    if unit is not None or up is not None:
+        raise ValueError(f"{path} says its unit and up itself: leave out unit and up, or edit it")
     from radiosity.scene.toml import read_toml  # pydantic takes 0.2 s to import
 
     text = _decoded(read_bytes(path), path)
@@ -242,24 +248,21 @@ def _array_problems(vertices, faces):
     return problems
 
 
-def _bare(path, merge, kind):
+def _bare(path, merge, bands, accuracy, frame):
     """Return a scene of one geometry file and nothing else."""
-    return in_bands(kind, False, partial(_furnished, path, read_geometry(path, None, merge)))
+    from radiosity.scene.schema import UNITS, at
+    from radiosity.scene.toml import read_tables
 
-
-def _furnished(path, geometry, palette):
-    """Return a scene with what a geometry file says, and the defaults for what it does not."""
-    faces, materials, notes = with_materials(geometry, {}, palette)
-    notes.append("lengths are taken as metres and z as up; a .toml scene can say otherwise")
-    notes.append("no camera is given: one outside looks at the whole scene")
-    camera = default_camera(faces, "z")
-    return Scene(
-        name=path.stem,
-        faces=faces,
-        materials=materials,
-        groups=geometry.group_names,
-        cameras={camera.name: camera},
-        source=str(path),
-        notes=(*geometry.notes, *notes),
-        bands=palette.bands,
-    )
+    frame = {key: value for key, value in frame.items() if value is not None}
+    for key, known in (("unit", UNITS), ("up", "xyz")):
+        if key in frame and frame[key] not in list(known):
+            raise ValueError(at((key,), frame[key], f"must be one of {', '.join(known)}"))
+    geometry = read_geometry(path, None, merge)
+    block = {"file": path.name, **frame}
+    if not frame and geometry.unit is None:
+        note = "lengths are taken as metres and z as up; a .toml scene can say otherwise"
+        geometry = replace(geometry, notes=(*geometry.notes, note))
+    return read_tables(
+        {"geometry": [block], **frame}, str(path), lambda name, uv: geometry, path.stem, merge,
+        bands=bands, accuracy=accuracy,
+    )  # fmt: skip

@@ -1,4 +1,9 @@
-"""Geometry: the faces that one file or one ``[[geometry]]`` block brings into a scene."""
+"""Geometry: what one file or one ``[[geometry]]`` block brings into a scene.
+
+That is faces, and where the file has them materials, lights, cameras and pictures. Materials,
+lights and cameras are tables as a scene file has them, so that a reader needs to know its own
+format only, and everything is checked and coloured in one place.
+"""
 
 from dataclasses import dataclass, field, replace
 
@@ -6,7 +11,7 @@ import numpy as np
 
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.given import Given
-from radiosity.scene.model import Material
+from radiosity.scene.model import ReadAs
 
 DEFAULT = "default"  # name of the material, group or camera of things that name none
 LONGEST = 1e30  # scene units; fourth powers of lengths must stay below the largest double
@@ -21,20 +26,32 @@ class Geometry:
     faces : Faces
         ``material`` and ``group`` are indices into the names here.
     material_names, group_names : tuple of str
-    materials : dict of str to Material
-        What the file itself says of its materials (an MTL library).
+    materials : dict of str to ReadAs
+        What the file itself says of its materials, as tables ``[materials.NAME]``.
     notes : tuple of str
         What was decided on the way that a user may want to know.
     given : Given, optional
         The same faces as parts of the file's; None where pairs of triangles were joined.
+    lights, cameras : tuple of dict, dict of str to dict
+        Tables ``[[lights]]`` and ``[cameras.NAME]``, lengths and axes as those of the faces.
+    pictures : dict of str to (h, w, 1 or 3) array
+        By the names that textures in the materials' tables have: coded whole numbers as an image
+        file holds them, or reals.
+    unit, up : str or None
+        Those that the format fixes.
     """
 
     faces: Faces
     material_names: tuple[str, ...]
     group_names: tuple[str, ...]
-    materials: dict[str, Material] = field(default_factory=dict)
+    materials: dict[str, ReadAs] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     given: Given | None = None
+    lights: tuple[dict, ...] = ()
+    cameras: dict[str, dict] = field(default_factory=dict)
+    pictures: dict[str, np.ndarray] = field(default_factory=dict)
+    unit: str | None = None
+    up: str | None = None
 
     def of_material(self, name: str) -> "Geometry":
         """Return the geometry with all of it made of one material."""
@@ -45,7 +62,7 @@ class Geometry:
         """Return the geometry moved by a matrix (4, 4) that acts on columns.
 
         A reflection also turns the winding round, so fronts stay fronts. Normals are moved by the
-        inverse transpose.
+        inverse transpose. Lights and cameras go along; what they are as bright as stays.
         """
         faces, linear = self.faces, matrix[:3, :3]
         v, uv, normals = faces.vertices @ linear.T + matrix[:3, 3], faces.uv, faces.corner_normals
@@ -59,19 +76,35 @@ class Geometry:
                 for x in (v, uv, normals)
             )
         faces = replace(faces, vertices=v, uv=uv, corner_normals=normals)
-        return replace(self, faces=faces, given=None)
+        lights = tuple(_moved(table, matrix) for table in self.lights)
+        cameras = {name: _moved(table, matrix) for name, table in self.cameras.items()}
+        return replace(self, faces=faces, given=None, lights=lights, cameras=cameras)
+
+
+def _moved(table, matrix):
+    """Return a table of a light or a camera with its points and directions moved by a matrix."""
+    linear, moved = matrix[:3, :3], dict(table)
+    for key in {"position", "target"} & set(table):
+        moved[key] = (linear @ table[key] + matrix[:3, 3]).tolist()
+    for key in {"direction", "up"} & set(table):
+        moved[key] = (linear @ table[key]).tolist()
+    if "height" in table:
+        moved["height"] = float(table["height"] * np.cbrt(abs(np.linalg.det(linear))))
+    return moved
 
 
 def joined(parts: list[Geometry]) -> Geometry:
     """Return one geometry of all parts, in order.
 
     Materials of one name are one material, the first part that describes it wins; groups of
-    different parts stay apart: a name that is taken gets a number ("wall", "wall-2").
+    different parts stay apart, as do cameras: a name that is taken gets a number ("wall",
+    "wall-2").
     """
     materials, groups, described, notes, faces = {}, {}, {}, [], []
+    lights, cameras, pictures = [], {}, {}
     for part in parts:
         material = [materials.setdefault(n, len(materials)) for n in part.material_names]
-        group = [groups.setdefault(_free(n, groups), len(groups)) for n in part.group_names]
+        group = [groups.setdefault(free_name(n, groups), len(groups)) for n in part.group_names]
         renumbered = replace(
             part.faces,
             material=np.array(material, int)[part.faces.material],
@@ -80,12 +113,16 @@ def joined(parts: list[Geometry]) -> Geometry:
         faces.append(renumbered)
         described = part.materials | described
         notes += part.notes
+        lights += part.lights
+        cameras |= {free_name(name, cameras): table for name, table in part.cameras.items()}
+        pictures |= part.pictures
     return Geometry(
-        Faces.concatenate(faces), tuple(materials), tuple(groups), described, tuple(notes)
-    )
+        Faces.concatenate(faces), tuple(materials), tuple(groups), described, tuple(notes),
+        lights=tuple(lights), cameras=cameras, pictures=pictures,
+    )  # fmt: skip
 
 
-def _free(name, taken):
+def free_name(name: str, taken) -> str:
     """Return a name that is not taken: itself or with the first free number."""
     number, free = 1, name
     while free in taken:

@@ -154,6 +154,22 @@ class Camera:
 
 
 @dataclass(frozen=True)
+class ReadAs:
+    """How a material of another format was read.
+
+    Attributes
+    ----------
+    origin : str
+        What the file says of it.
+    table : dict
+        The ``[materials.NAME]`` of a scene file that it became.
+    """
+
+    origin: str
+    table: dict
+
+
+@dataclass(frozen=True)
 class Truth:
     """The closed-form answer a scene carries: radiosity in W/m2 by material or group, or of all.
 
@@ -171,7 +187,7 @@ class Scene:
 
     ``bands`` tells what the numbers of its materials, of its ``lights``, abstract sources that
     surfaces see and cameras do not, and of its ``ambient`` radiance stand for; ``spectra`` names
-    the files that colours come from.
+    the files that colours come from; ``read_as`` tells how materials of other formats were read.
 
     Examples
     --------
@@ -197,6 +213,7 @@ class Scene:
     notes: tuple[str, ...] = ()
     bands: Bands = RGB
     spectra: tuple[str, ...] = ()
+    read_as: dict[str, ReadAs] = field(default_factory=dict)
 
     def __post_init__(self):
         if self.ambient is None:

@@ -15,7 +15,7 @@ from radiosity.mesh.faces import Faces, has_area
 from radiosity.mesh.given import Given
 from radiosity.mesh.triangulate import NoArea, convex_parts, convex_quads
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
-from radiosity.scene.model import Material, SceneError
+from radiosity.scene.model import ReadAs, SceneError
 
 WHOLE = re.compile(r"[+-]?\d{1,18}")
 WITH_NORMALS = re.compile(r"(?:[+-]?\d{1,18}/(?:[+-]?\d{1,18})?/[+-]?\d{1,18} )+", re.ASCII)
@@ -342,7 +342,7 @@ def _library_text(number, rest, read_library, problems):
     return None
 
 
-def read_mtl(text: str) -> tuple[dict[str, Material], list[str]]:
+def read_mtl(text: str) -> tuple[dict[str, ReadAs], list[str]]:
     """Return the materials of an MTL file by name, and its problems."""
     values, problems, name = {}, [], None
     for number, line in enumerate(text.split("\n"), 1):
@@ -359,8 +359,16 @@ def read_mtl(text: str) -> tuple[dict[str, Material], list[str]]:
                 problems.append(f"line {number}: {problem}")
             else:
                 values[name][words[0]] = np.array(rgb)
-    made = {n: Material(n, v["Kd"], 1 - v["Kd"], v["Ke"]) for n, v in values.items()}
-    return made, problems
+    return {name: _read_as(value) for name, value in values.items()}, problems
+
+
+def _read_as(value):
+    """Return the table of a material whose statements are given."""
+    table = {"diffuse": value["Kd"].tolist()}
+    if value["Ke"].any():
+        table["emission"] = {"radiance": value["Ke"].tolist()}
+    said = (f"{key} {' '.join(f'{x:g}' for x in rgb)}" for key, rgb in value.items())
+    return ReadAs(", ".join(said), table)
 
 
 def _mtl_problem(words, rgb, name):

@@ -183,6 +183,8 @@ class GeometryTable(StrictTable):
     polygons: taken_by(POLYGONS) = None
     uv: taken_by(UVS) = None
     smooth: taken_by(_smooth) = True
+    unit: Literal[tuple(UNITS)] | None = None
+    up: Literal["x", "y", "z"] | None = None
     transform: taken_by(MATRIX) = None
     translate: taken_by(POINT) = None
     rotate: taken_by(POINT) = None
@@ -216,7 +218,7 @@ class SceneTable(StrictTable):
 
     name: str = ""
     unit: Literal[tuple(UNITS)] = "m"
-    up: Literal["x", "y", "z"] = "z"
+    up: Literal["x", "y", "z"] | None = None
     geometry: list[Any] = ()
     materials: dict[str, Any] = {}
     lights: list[Any] = ()

@@ -50,7 +50,7 @@ class Details:
 
 
 def read_picture(path: Path, read_bytes: Callable[[Path], bytes]) -> np.ndarray:
-    """Return the pixels (h, w, 1 or 3) of a picture: as coded in [0, 1], or numbers as they are.
+    """Return the pixels (h, w, 1 or 3) of a picture: whole numbers as coded, or real ones.
 
     Raises
     ------
@@ -85,15 +85,14 @@ def _check_size(path, shape):
 
 
 def _coded(path, data):
-    """Return the pixels of a PNG or JPEG file, 1 for the greatest number."""
+    """Return the pixels of a PNG or JPEG file."""
     import imageio.v3
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of its size, which is checked here
         with imageio.v3.imopen(io.BytesIO(data), "r", plugin="pillow") as file:
             _check_size(path, file.properties(index=0).shape)
-            pixels = file.read(index=0)
-    return pixels / (1.0 if pixels.dtype == bool else np.iinfo(pixels.dtype).max)
+            return file.read(index=0)
 
 
 def _exr(path, data):
@@ -119,11 +118,16 @@ def _npy(path, data):
     return pixels.astype(float)
 
 
+def _most(pixels):
+    """Return the number that stands for 1."""
+    return np.iinfo(pixels.dtype).max if pixels.dtype.kind in "iu" else 1.0
+
+
 def _opaque(path, pixels):
     """Return pixels (h, w, 1 or 3) without an opaque alpha; raise SceneError for other bands."""
     bands = pixels.shape[2]
     if bands in (2, 4):
-        see_through = np.argwhere(pixels[..., -1] < 1.0)
+        see_through = np.argwhere(pixels[..., -1] < _most(pixels))
         if len(see_through):
             row, column = see_through[0]
             text = (
@@ -166,6 +170,7 @@ def _read(key, path, picture, problems):
     """Return the texture that a key names, None where something is wrong with it."""
     try:
         pixels = picture(key.texture)
+        pixels = pixels / _most(pixels)
     except SceneError as error:
         problems += [at((*path, "texture"), key.texture, p) for p in error.problems]
         return None

@@ -10,29 +10,23 @@ import numpy as np
 
 from radiosity.light.bands import RGB
 from radiosity.light.palette import ACCURACY, Nanometres, kind_of
-from radiosity.scene.assemble import (
-    AXES,
-    default_camera,
-    geometry_problem,
-    in_bands,
-    with_materials,
-)
-from radiosity.scene.blocks import parts_of
-from radiosity.scene.checks import SpectrumFile, nearest, value_of
+from radiosity.scene.assemble import default_camera, geometry_problem, in_bands, with_materials
+from radiosity.scene.blocks import frame_of, parts_of
+from radiosity.scene.cameras import camera_problems, make_camera
+from radiosity.scene.checks import SpectrumFile, TextureKey, nearest
+from radiosity.scene.described import read_as, with_described
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
 from radiosity.scene.lights import Ambient, make_light, read_lights
 from radiosity.scene.materials import make_materials
-from radiosity.scene.model import Camera, Scene, SceneError, Truth, too_bright, uncovered
+from radiosity.scene.model import Scene, SceneError, Truth, too_bright, uncovered
 from radiosity.scene.schema import (
     OPTICAL,
-    POINT,
     UNITS,
     CameraTable,
     EmissionTable,
     MaterialTable,
     SceneTable,
     TruthTable,
-    at,
     checked,
     dotted,
     values_of,
@@ -50,54 +44,71 @@ def read_toml(
     bands: str | int = "auto",
     accuracy: float = ACCURACY,
 ) -> Scene:
-    """Return the scene that a TOML text describes.
+    """Return the scene that a TOML text describes; see `read_tables`, whose arguments it takes."""
+    return read_tables(
+        _parsed(text, source), source, read_geometry, name, merge, read_picture, read_text, bands,
+        accuracy,
+    )  # fmt: skip
+
+
+def read_tables(
+    raw: dict,
+    source: str,
+    read_geometry: Callable[[str, bool], Geometry],
+    name: str = "",
+    merge: bool = True,
+    read_picture: Callable[[str], np.ndarray] | None = None,
+    read_text: Callable[[str], str] | None = None,
+    bands: str | int = "auto",
+    accuracy: float = ACCURACY,
+) -> Scene:
+    """Return the scene that the tables of a scene file describe, and the files they name.
 
     Parameters
     ----------
-    text : str
+    raw : dict
+        The tables, not yet checked.
     source : str
         The file's name, for messages and `Scene.source`.
     read_geometry : callable
-        Returns the geometry of a file named in the text, with or without texture coordinates;
+        Returns the geometry of a file named in the tables, with or without texture coordinates;
         raises SceneError.
     name : str
-        The scene's name if the text gives none.
+        The scene's name if the tables give none.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
     read_picture : callable, optional
-        Returns the pixels (h, w, 1 or 3) of a picture named in the text; raises SceneError.
+        Returns the pixels (h, w, 1 or 3) of a picture named in the tables; raises SceneError.
     read_text : callable, optional
-        Returns the text of a spectrum's file named in the text; raises SceneError.
+        Returns the text of a spectrum's file named in the tables; raises SceneError.
     bands, accuracy
         Of the scene, see `radiosity.light.palette.kind_of`.
 
     Raises
     ------
     SceneError
-        With one problem for every mistake in the text and in the files it names.
+        With one problem for every mistake in the tables and in the files they name.
     ValueError
         Unknown ``bands``.
     """
-    raw, problems = _parsed(text, source), []
+    problems = []
     top = checked(SceneTable, raw, (), problems)
-    tables = raw.get("materials", {})
-    uv = any(map(_names_texture, tables.values() if isinstance(tables, dict) else ()))
-    parts = parts_of(raw.get("geometry", []), read_geometry, merge, uv, problems)
+    unit, up = frame_of(raw)
+    uv = _names_texture(raw.get("materials"))
+    parts = parts_of(raw.get("geometry", []), read_geometry, merge, uv, (unit, up), problems)
+    geometry = joined(parts) if parts and None not in parts else None
+    raw = raw if geometry is None else with_described(raw, geometry)
     materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
-    details = _details(materials, read_picture, problems) if uv else {}
-    cameras = _tables(CameraTable, raw, "cameras", problems, _camera_problems)
+    details = _details(materials, geometry, read_picture, problems)
+    cameras = _tables(CameraTable, raw, "cameras", problems, camera_problems)
     lights = read_lights(raw.get("lights", []), problems)
     coloured = [
         _with_spectra(found, key, read_text, problems)
         for key, found in (("materials", materials), ("lights", lights))
     ]
     truth = _truth(raw, problems)
-    geometry = joined(parts) if parts and None not in parts else None
     if geometry is not None:
-        useless = geometry_problem(geometry)
-        problems += [f"geometry: {useless}"] if useless else []
-        problems += _truth_name_problems(truth, materials, geometry)
-        problems += _uncovered(details, geometry)
+        problems += _between(geometry, truth, materials, details)
     if problems:
         raise SceneError(source, problems)
     scene = Scene(
@@ -105,24 +116,33 @@ def read_toml(
         faces=geometry.faces,
         materials=(),
         groups=geometry.group_names,
-        cameras={key: _camera(key, camera, top.up) for key, camera in cameras.items()},
-        unit=top.unit,
-        unit_m=UNITS[top.unit],
-        up=top.up,
+        cameras={key: make_camera(key, camera, up) for key, camera in cameras.items()},
+        unit=unit,
+        unit_m=UNITS[unit],
+        up=up,
         truth=truth,
         source=source,
         notes=geometry.notes,
         spectra=_spectra_of(materials, lights, geometry),
+        read_as=read_as(raw, geometry),
     )
     kind = kind_of(bands, bool(scene.spectra), accuracy)
     has_spectra = _names_spectra(materials) or _names_spectra(lights)
     return in_bands(kind, has_spectra, partial(_completed, scene, geometry, *coloured, details))
 
 
-def _details(materials, read_picture, problems):
+def _details(materials, geometry, read_picture, problems):
+    """Return what pictures tell of materials: those that came with the geometry, or files."""
+    if not any(t for table in materials.values() if table for t in values_of(table, TextureKey)):
+        return {}
     from radiosity.scene.textures import details_of  # others need none of it
 
-    return details_of(materials, read_picture, problems)
+    brought = geometry.pictures if geometry is not None else {}
+
+    def picture(name):
+        return brought[name] if name in brought else read_picture(name)
+
+    return details_of(materials, picture, problems)
 
 
 def _spectra_of(materials, lights, geometry):
@@ -154,7 +174,7 @@ def _completed(scene, geometry, tables, lights, details, palette):
         problems = [p for m in made.values() for p in too_bright(m, palette.bands)]
         if problems:
             raise SceneError(scene.source, problems)
-    faces, materials, more = with_materials(geometry, made, palette)
+    faces, materials, more = with_materials(geometry, made, palette.bands.count)
     notes += _colour_notes(scene, palette)
     lights = [make_light(table, palette) for table in lights.values()]
     dark = np.zeros(palette.bands.count)
@@ -195,7 +215,7 @@ def _parsed(text, source):
         raise SceneError(source, [f"a number cannot be read: {error}"]) from None
 
 
-def _names_texture(table, depth=4):
+def _names_texture(table, depth=5):
     """Whether a table, or one inside of it, names a texture."""
     inside = table.items() if isinstance(table, dict) and depth else ()
     return any(key == "texture" or _names_texture(value, depth - 1) for key, value in inside)
@@ -237,54 +257,6 @@ def _emission_problems(table, path):
     return [f"{dotted(path)} gives {found}: give one of {', '.join(EmissionTable.model_fields)}"]
 
 
-def _camera_problems(table, path):
-    """Return what is wrong between the keys of a camera."""
-    return _projection_problems(table, path) + _direction_problems(table, path)
-
-
-def _projection_problems(table, path):
-    """Return which of the keys of a projection are given with the other one, or missing."""
-    projection = table.get("projection", "pinhole")
-    if projection == "orthographic":
-        if "fov" in table:
-            text = "is for pinhole cameras: an orthographic one has height instead"
-            return [at((*path, "fov"), table["fov"], text)]
-        if "height" not in table and set(table) <= set(CameraTable.model_fields):  # no typing error
-            text = "is missing: the vertical extent that an orthographic camera shows"
-            return [f"{dotted((*path, 'height'))} {text}"]
-    elif projection == "pinhole" and "height" in table:
-        text = 'needs projection = "orthographic": a pinhole camera has fov instead'
-        return [at((*path, "height"), table["height"], text)]
-    return []
-
-
-def _direction_problems(table, path):
-    """Return whether a camera looks at nothing or its picture has no top."""
-    position, target = value_of(table, "position", POINT), value_of(table, "target", POINT)
-    up = value_of(table, "up", POINT)
-    if position is None or target is None:
-        return []
-    if _nothing(np.subtract(target, position), np.add(np.abs(target), np.abs(position))):
-        return [f"{dotted(path)} looks from {list(position)} at the same point: move its target"]
-    if up is None:
-        return []
-    if not np.any(up):
-        return [at((*path, "up"), list(up), "must not be zero: it is a direction")]
-    if _parallel(up, np.subtract(target, position)):
-        text = "must not be parallel to the view from position to target: give any other direction"
-        return [at((*path, "up"), list(up), text)]
-    return []
-
-
-def _nothing(step, scale):
-    return np.linalg.norm(step) <= 1e-12 * np.linalg.norm(scale)
-
-
-def _parallel(a, b):
-    a, b = (np.asarray(v, float) / np.abs(v).max() for v in (a, b))
-    return np.linalg.norm(np.cross(a, b)) <= 1e-6 * np.linalg.norm(a) * np.linalg.norm(b)
-
-
 def _truth(raw, problems):
     if not isinstance(raw.get("truth"), dict):
         return None
@@ -293,6 +265,15 @@ def _truth(raw, problems):
         return None
     radiosity = {name: np.array(rgb) for name, rgb in table.radiosity.items()}
     return Truth(radiosity, table.relative_tolerance, table.mesh)
+
+
+def _between(geometry, truth, materials, details):
+    """Yield what is wrong with the geometry, and between it and the tables."""
+    useless = geometry_problem(geometry)
+    if useless:
+        yield f"geometry: {useless}"
+    yield from _truth_name_problems(truth, materials, geometry)
+    yield from _uncovered(details, geometry)
 
 
 def _truth_name_problems(truth, materials, geometry):
@@ -309,13 +290,3 @@ def _uncovered(details, geometry):
         if name in geometry.material_names:
             mine = geometry.faces.material == geometry.material_names.index(name)
             yield from uncovered(f"materials.{name}", geometry.faces, mine)
-
-
-def _camera(name, table, up):
-    view = np.subtract(table.target, table.position)
-    axis = np.array(table.up or AXES[up])
-    if table.up is None and _parallel(axis, view):
-        axis = np.array(AXES["y" if up == "z" else "z"])
-    fov = None if table.projection == "orthographic" else table.fov
-    place = np.array(table.position), np.array(table.target), axis
-    return Camera(name, *place, fov, table.size, table.height)
