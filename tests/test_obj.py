@@ -118,7 +118,7 @@ def test_all_wrong_lines_are_listed():
     assert many[-1] == "and 20 more problems like these"
 
 
-@pytest.mark.parametrize("text", ["", SQUARE, "nothing of the kind\n"])
+@pytest.mark.parametrize("text", ["", SQUARE, SQUARE + "vn 0 0 1\n", "nothing of the kind\n"])
 def test_no_faces_is_said(text):
     assert problems(text) == ["has no faces: an OBJ file lists them as lines such as f 1 2 3"]
 
