@@ -96,16 +96,13 @@ def library(path) -> str:
     return scene_file(path.parent / "box.obj")
 
 
-def made(kind: str, binary: bool = True):
+def made(**how):
     """Return what makes a file of the box by trimesh."""
 
     def original(folder) -> bytes:
         import trimesh
 
-        box = trimesh.creation.box((2, 2, 2))
-        found = box.export(file_type=kind) if binary else box.export(
-            file_type="ply" if kind == "ply" else "stl_ascii", **({"encoding": "ascii"} if kind == "ply" else {})
-        )
+        found = trimesh.creation.box((2, 2, 2)).export(**how)
         return found.encode() if isinstance(found, str) else found
 
     return original
@@ -115,8 +112,8 @@ FORMATS = {
     "toml": (box_scene, ".toml", scene_file),
     "obj": (text(BOX), ".obj", scene_file),
     "mtl": (text(LIBRARY), ".mtl", library),
-    "ply": (made("ply"), ".ply", scene_file),
-    "ply ascii": (made("ply", False), ".ply", scene_file),
-    "stl": (made("stl"), ".stl", scene_file),
-    "stl ascii": (made("stl", False), ".stl", scene_file),
+    "ply": (made(file_type="ply"), ".ply", scene_file),
+    "ply ascii": (made(file_type="ply", encoding="ascii"), ".ply", scene_file),
+    "stl": (made(file_type="stl"), ".stl", scene_file),
+    "stl ascii": (made(file_type="stl_ascii"), ".stl", scene_file),
 }
