@@ -8,8 +8,8 @@ from radiosity.mesh.contact import Contacts
 from radiosity.mesh.crossing import crossing_faces
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.gaps import near_vertices, t_junctions
-from radiosity.mesh.seams import BRANCHED, Seams, find_seams
-from radiosity.mesh.winding import Shells, find_shells
+from radiosity.mesh.seams import BRANCHED, find_seams
+from radiosity.mesh.winding import find_shells, inside_out
 
 MEANS = {
     "degenerate": "faces without area: left out",
@@ -96,9 +96,8 @@ def find_flaws(faces: Faces, emits: np.ndarray, contacts: Contacts) -> Findings:
     overlapping, winding = _overlapping(faces, emits, contacts), np.flatnonzero(shells.odd)
     side = np.flatnonzero(seams.kinds()[seams.edge] == BRANCHED)
     branched = side[np.unique(seams.edge[side], return_index=True)[1]]
-    middle = (_corner(faces, seams.face, seams, seams.start, branched)
-              + _corner(faces, seams.face, seams, seams.end, branched)) / 2.0  # fmt: skip
-    inside_out = _first_faces(shells, inside_out_bodies(faces, shells))
+    middle = sum(_corners(faces, seams, n, branched) for n in (seams.start, seams.end)) / 2.0
+    flipped = _first_faces(shells, np.flatnonzero(inside_out(faces, shells)))
     found = [
         Finding("degenerate", faces.degenerate),
         Finding("duplicate", faces.duplicates),
@@ -108,7 +107,7 @@ def find_flaws(faces: Faces, emits: np.ndarray, contacts: Contacts) -> Findings:
         _placed("T-junction", *t_junctions(faces, seams)),
         _placed("branched", seams.face[branched], middle),
         _placed("winding", winding, _middles(faces, winding)),
-        _placed("inside out", inside_out, _middles(faces, inside_out)),
+        _placed("inside out", flipped, _middles(faces, flipped)),
     ]
     closed = shells.closed & shells.orientable
     inward = int(np.count_nonzero(closed & (shells.volume < 0)))
@@ -116,29 +115,6 @@ def find_flaws(faces: Faces, emits: np.ndarray, contacts: Contacts) -> Findings:
     return Findings(
         tuple(f for f in found if f.count), outward, inward, int(np.count_nonzero(~closed))
     )
-
-
-def inside_out_bodies(faces: Faces, shells: Shells) -> np.ndarray:
-    """Return the pieces (s,) that look inward, have nothing in them and are not all there is.
-
-    A room has something in it, or is all there is; a lamp or a block turned inside out is neither.
-    """
-    inward = np.flatnonzero(shells.volume < 0)
-    if not len(inward) or len(shells.closed) == 1:
-        return inward[:0]
-    order = np.argsort(shells.of_face, kind="stable")
-    first = np.searchsorted(shells.of_face[order], np.arange(len(shells.closed)))
-    low = np.minimum.reduceat(faces.vertices.min(axis=1)[order], first)
-    high = np.maximum.reduceat(faces.vertices.max(axis=1)[order], first)
-    middle = (low + high) / 2.0
-    return np.array([s for s in inward if not _holds(low[s], high[s], middle, low, high)], int)
-
-
-def _holds(low, high, middle, lows, highs):
-    """Whether the box of one piece holds the middle of another one that is not as large."""
-    inside = np.all((middle >= low) & (middle <= high), axis=1)
-    smaller = np.any((lows > low) | (highs < high), axis=1)
-    return bool(np.any(inside & smaller))
 
 
 def _overlapping(faces, emits, contacts):
@@ -151,10 +127,10 @@ def _overlapping(faces, emits, contacts):
     return np.array(sorted(found), int)
 
 
-def _corner(faces, face, seams, number, sides):
+def _corners(faces, seams, number, sides):
     """Return the places (k, 3) of the corners with a number, at sides of faces."""
-    at = np.argmax(seams.corner[face[sides]] == number[sides, None], axis=1)
-    return faces.vertices[face[sides], at]
+    face = seams.face[sides]
+    return faces.vertices[face, np.argmax(seams.corner[face] == number[sides, None], axis=1)]
 
 
 def _first_faces(shells, pieces):

@@ -1,9 +1,10 @@
 """Gaps: open edges whose vertices nearly meet others, or lie within other open edges."""
 
+from itertools import chain
+
 import numpy as np
 from scipy.spatial import cKDTree
 
-from radiosity.mesh.boxes import near_boxes
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.seams import OPEN, Seams
 
@@ -16,7 +17,7 @@ def reach_of(faces: Faces) -> float:
 
 
 def open_vertices(faces: Faces, seams: Seams) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the numbers (n,) of the corners on open edges, their places (n, 3), and a face each."""
+    """Return the numbers (n,) of corners on open edges, their places (n, 3), and a face each."""
     side = np.flatnonzero(seams.kinds()[seams.edge] == OPEN)
     number = np.concatenate([seams.start[side], seams.end[side]])
     number, first = np.unique(number, return_index=True)
@@ -45,7 +46,7 @@ def near_vertices(faces: Faces, seams: Seams) -> tuple[np.ndarray, np.ndarray]:
 def t_junctions(faces: Faces, seams: Seams) -> tuple[np.ndarray, np.ndarray]:
     """Return the face (p,) and the place (p, 3) of each open vertex within another open edge.
 
-    Long edges are looked at in pieces, so that their boxes hold little else.
+    Long edges are looked at in pieces, so that the balls about those hold little else.
     """
     number, points, face = open_vertices(faces, seams)
     side = np.flatnonzero(seams.kinds()[seams.edge] == OPEN)
@@ -57,19 +58,15 @@ def t_junctions(faces: Faces, seams: Seams) -> tuple[np.ndarray, np.ndarray]:
     pieces = np.ceil(length / length.mean()).astype(int)  # at most twice as many as edges
     edge = np.repeat(np.arange(len(side)), pieces)
     k = np.arange(len(edge)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    ends = [
-        start[edge] + ((k + j) / pieces[edge])[:, None] * along[edge] for j in (0, 1)
-    ]  # fmt: skip
-    low, high = np.minimum(*ends), np.maximum(*ends)
-    reach, found = reach_of(faces), []
-    for a, b in near_boxes(np.concatenate([low, points]), np.concatenate([high, points]), reach):
-        keep = (a < len(edge)) & (b >= len(edge))
-        a, b = edge[a[keep]], b[keep] - len(edge)
-        way = points[b] - start[a]
-        along_it = np.einsum("pc,pc->p", way, along[a]) / length[a]
-        off = np.linalg.norm(way - (along_it / length[a])[:, None] * along[a], axis=1)
-        inside = (along_it > reach) & (along_it < length[a] - reach)
-        found.append(b[inside & (off <= reach)])
-    found = np.unique(np.concatenate(found)) if found else np.empty(0, int)
+    middle = start[edge] + ((k + 0.5) / pieces[edge])[:, None] * along[edge]
+    reach, tree = reach_of(faces), cKDTree(points)
+    near = tree.query_ball_point(middle, length[edge] / pieces[edge] / 2.0 + reach)
+    edge = np.repeat(edge, [len(n) for n in near])
+    vertex = np.fromiter(chain.from_iterable(near), int, len(edge))
+    way = points[vertex] - start[edge]
+    up_to = np.einsum("pc,pc->p", way, along[edge]) / length[edge]
+    off = np.linalg.norm(way - (up_to / length[edge])[:, None] * along[edge], axis=1)
+    within = (up_to > reach) & (up_to < length[edge] - reach) & (off <= reach)
+    found = np.unique(vertex[within])
     found = found[np.argsort(face[found], kind="stable")]
     return face[found], points[found]

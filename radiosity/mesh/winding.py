@@ -37,6 +37,13 @@ class Shells:
     share: np.ndarray
     volume: np.ndarray
 
+    def boxes(self, faces: Faces) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lowest and highest coordinates (s, 3) of the pieces."""
+        order = np.argsort(self.of_face, kind="stable")
+        first = np.searchsorted(self.of_face[order], np.arange(len(self.closed)))
+        low, high = faces.vertices.min(axis=1)[order], faces.vertices.max(axis=1)[order]
+        return np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
+
 
 def find_shells(faces: Faces, seams: Seams) -> Shells:
     """Return the pieces of a mesh and which of their faces are wound against the others.
@@ -84,6 +91,23 @@ def _volumes(faces, label, odd, count):
     fans = np.cross(r[:, 1], r[:, 2]) + np.cross(r[:, 2], r[:, 3])
     part = np.einsum("fc,fc->f", r[:, 0], fans) / 6.0
     return np.bincount(label, np.where(odd, -part, part), minlength=count)
+
+
+def inside_out(faces: Faces, shells: Shells) -> np.ndarray:
+    """Return (s,) bool: pieces that look inward, have nothing in them and are not all there is.
+
+    A room has something in it, or is all there is; a lamp or a block turned inside out is neither.
+    """
+    found = shells.volume < 0
+    if not found.any() or len(found) == 1:
+        return np.zeros(len(found), bool)
+    low, high = shells.boxes(faces)
+    middle = (low + high) / 2.0
+    for s in np.flatnonzero(found):
+        inside = np.all((middle >= low[s]) & (middle <= high[s]), axis=1)
+        smaller = np.any((low > low[s]) | (high < high[s]), axis=1)
+        found[s] = not np.any(inside & smaller)
+    return found
 
 
 def turned(faces: Faces, which: np.ndarray) -> Faces:

@@ -47,6 +47,8 @@ def parts_of(
         part = _part(raw, path, read_geometry, merge, uv, problems)
         if len(problems) == before:
             part = _smoothed(part.placed(matrix), raw.get("smooth"), path, problems)
+            if raw.get("repair") is False:
+                part = replace(part, fixed=frozenset(part.group_names))
         parts.append(part if len(problems) == before else None)
     return parts
 

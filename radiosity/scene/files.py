@@ -5,7 +5,13 @@ from functools import partial
 from pathlib import Path
 
 from radiosity.light.palette import ACCURACY, kind_of
-from radiosity.scene.assemble import default_camera, geometry_problem, in_bands, with_materials
+from radiosity.scene.assemble import (
+    as_solved,
+    default_camera,
+    geometry_problem,
+    in_bands,
+    with_materials,
+)
 from radiosity.scene.geometry import Geometry
 from radiosity.scene.model import Scene, SceneError
 from radiosity.scene.obj import read_obj
@@ -216,6 +222,7 @@ def _bare(path, merge, kind):
 def _furnished(path, geometry, palette):
     """Return a scene with what a geometry file says, and the defaults for what it does not."""
     faces, materials, notes = with_materials(geometry, {}, palette)
+    faces, odd = as_solved(faces, materials, geometry, "m", str(path))
     notes.append("lengths are taken as metres and z as up; a .toml scene can say otherwise")
     notes.append("no camera is given: one outside looks at the whole scene")
     camera = default_camera(faces, "z")
@@ -226,6 +233,6 @@ def _furnished(path, geometry, palette):
         groups=geometry.group_names,
         cameras={camera.name: camera},
         source=str(path),
-        notes=(*geometry.notes, *notes),
+        notes=(*geometry.notes, *notes, *odd),
         bands=palette.bands,
     )

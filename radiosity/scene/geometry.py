@@ -27,6 +27,8 @@ class Geometry:
         What was decided on the way that a user may want to know.
     given : Given, optional
         The same faces as parts of the file's; None where pairs of triangles were joined.
+    fixed : frozenset of str
+        Names of the groups whose faces are not turned round, see `radiosity.scene.repair`.
     """
 
     faces: Faces
@@ -35,6 +37,7 @@ class Geometry:
     materials: dict[str, Material] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     given: Given | None = None
+    fixed: frozenset[str] = frozenset()
 
     def of_material(self, name: str) -> "Geometry":
         """Return the geometry with all of it made of one material."""
@@ -66,12 +69,14 @@ def joined(parts: list[Geometry]) -> Geometry:
     """Return one geometry of all parts, in order.
 
     Materials of one name are one material, the first part that describes it wins; groups of
-    different parts stay apart: a name that is taken gets a number ("wall", "wall-2").
+    different parts stay apart: a name that is taken gets a number ("wall", "wall-2"). Faces that
+    repeat one of their material are dropped.
     """
-    materials, groups, described, notes, faces = {}, {}, {}, [], []
+    materials, groups, described, notes, faces, fixed = {}, {}, {}, [], [], set()
     for part in parts:
         material = [materials.setdefault(n, len(materials)) for n in part.material_names]
         group = [groups.setdefault(_free(n, groups), len(groups)) for n in part.group_names]
+        fixed |= {list(groups)[group[k]] for k, n in enumerate(part.group_names) if n in part.fixed}
         renumbered = replace(
             part.faces,
             material=np.array(material, int)[part.faces.material],
@@ -80,9 +85,9 @@ def joined(parts: list[Geometry]) -> Geometry:
         faces.append(renumbered)
         described = part.materials | described
         notes += part.notes
-    return Geometry(
-        Faces.concatenate(faces), tuple(materials), tuple(groups), described, tuple(notes)
-    )
+    faces = Faces.concatenate(faces).without_duplicates()
+    names = tuple(materials), tuple(groups)
+    return Geometry(faces, *names, described, tuple(notes), fixed=frozenset(fixed))
 
 
 def _free(name, taken):

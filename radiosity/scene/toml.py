@@ -12,6 +12,7 @@ from radiosity.light.bands import RGB
 from radiosity.light.palette import ACCURACY, Nanometres, kind_of
 from radiosity.scene.assemble import (
     AXES,
+    as_solved,
     default_camera,
     geometry_problem,
     in_bands,
@@ -26,7 +27,6 @@ from radiosity.scene.model import Camera, Scene, SceneError, Truth, too_bright, 
 from radiosity.scene.schema import (
     OPTICAL,
     POINT,
-    UNITS,
     CameraTable,
     EmissionTable,
     MaterialTable,
@@ -37,6 +37,7 @@ from radiosity.scene.schema import (
     dotted,
     values_of,
 )
+from radiosity.scene.units import UNITS
 
 
 def read_toml(
@@ -155,6 +156,7 @@ def _completed(scene, geometry, tables, lights, details, palette):
         if problems:
             raise SceneError(scene.source, problems)
     faces, materials, more = with_materials(geometry, made, palette)
+    faces, odd = as_solved(faces, materials, geometry, scene.unit, scene.source)
     notes += _colour_notes(scene, palette)
     lights = [make_light(table, palette) for table in lights.values()]
     dark = np.zeros(palette.bands.count)
@@ -167,7 +169,7 @@ def _completed(scene, geometry, tables, lights, details, palette):
         ambient=sum((s.radiance for s in lights if isinstance(s, Ambient)), dark),
         lights=tuple(s for s in lights if not isinstance(s, Ambient)),
         truth=scene.truth if palette.bands is RGB else None,
-        notes=(*scene.notes, *notes, *more),
+        notes=(*scene.notes, *notes, *more, *odd),
     )  # fmt: skip
 
 
