@@ -178,6 +178,17 @@ def test_broken_files_are_named_with_their_fault(data, found):
     assert found in said
 
 
+def test_headers_as_programs_write_them():
+    """Line ends that change within the header, and a comment that runs over a line end."""
+    square = BINARY + struct.pack("<B4i", 4, 0, 1, 2, 3)
+    odd = square.replace(b"end_header\n", b"end_header \r\n")
+    odd = odd.replace(b"made here", b"made\nby a program")
+    geometry = read_ply(odd, "a.ply", "a")
+    np.testing.assert_array_equal(geometry.faces.vertices, SQUARE[None])
+    text = "line 4: by a program: not read; it is no format, element, property or comment"
+    assert geometry.notes == (text,)
+
+
 def test_elements_of_nothing_take_no_memory():
     huge = GOOD.replace(b"element vertex", b"element ghost 900000000000000\nelement vertex")
     assert len(read_ply(huge, "a.ply", "a").faces) == 1

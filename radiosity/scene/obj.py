@@ -232,7 +232,7 @@ def _detail(said, slot, name, count, text):
     values = _values(said, rows, getattr(said, f"{name}_line"), count, text)
     index = _named(said.corner, slot, len(rows) + 1)
     owner = np.repeat(np.arange(len(said.face_size)), said.face_size)
-    before = np.array(said.before)[owner, slot]
+    before = np.array(said.before, int).reshape(-1, 3)[owner, slot]
     index = np.where(index < 0, np.where(-index > before, -1, index + before + 1), index)
     bad = np.flatnonzero((index > len(rows)) | (index < 0))
     said.problems += [

@@ -76,11 +76,12 @@ def _header(data):
     first = re.match(rb"ply[ \t]*(\r\n|\r|\n)", data)
     if first is None:
         raise Broken(f'begins with {data[:8]!r}, must begin with a line "ply"')
-    last = re.search(first[1] + rb"end_header[ \t]*" + first[1], data[:LONGEST_HEADER])
+    line = rb"\r" if first[1] == b"\r" else rb"\r?\n"  # bytes after a bare \r may look like \n
+    last = re.search(line + rb"end_header[ \t]*" + line, data[:LONGEST_HEADER])
     if last is None:
         raise Broken(f"has no line end_header in its first {LONGEST_HEADER} bytes")
     elements, order, notes = [], None, []
-    lines = data[: last.start()].decode("latin-1").split(first[1].decode())[1:]
+    lines = re.split(r"\r\n|\r|\n", data[: last.start()].decode("latin-1"))[1:]
     for number, line in enumerate(lines, 2):
         words = line.split()
         kind = words[0] if words else "comment"
@@ -98,7 +99,7 @@ def _header(data):
         elif kind == "comment" and words[1:2] == ["TextureFile"]:
             notes.append(f"{where}: not read; a material's texture names a picture")
         elif kind not in ("comment", "obj_info"):
-            raise Broken(f"says in {where}: must be format, element, property or comment")
+            notes.append(f"{where}: not read; it is no format, element, property or comment")
     if order is None:
         raise Broken("has no line format: ascii or binary")
     made = [Element(n, count, tuple(listed)) for n, count, listed in elements]

@@ -16,7 +16,7 @@ def extent_notes(faces: Faces, unit: str) -> list[str]:
     --------
     >>> room = np.array([[[0, 0, 0], [5000, 0, 0], [5000, 4000, 0], [0, 4000, 0]]])
     >>> extent_notes(Faces.from_polygons(room, 0, 0), "m")
-    ['the scene is 5000 m long: is its unit mm? Then it would be 5 m']
+    ['the scene is 5000 m long: is its unit cm or mm? Then it would be 50 m or 5 m']
     """
     extent = float(np.ptp(faces.vertices, axis=(0, 1)).max())
     long = extent * UNITS[unit]
