@@ -73,6 +73,7 @@ CASES = {
     "overlapping": ([SQUARE, shifted(SQUARE, 0.5, 0.25)], {"overlapping": 1}),
     "crossing": ([SQUARE, shifted(SQUARE[:, [2, 0, 1]], 0.5, 0.25, -0.5)], {"crossing": 1}),
     "near": ([SQUARE, shifted(SQUARE, 1 + 4e-6)], {"near": 2}),
+    "short": ([SQUARE, shifted(SQUARE * [1, 4e-6, 1], 3)], {}),
     "far": ([SQUARE, shifted(SQUARE, 1 + 1e-4)], {}),
     "T-junction": ([SQUARE, shifted(SQUARE * 0.5, 1), shifted(SQUARE * 0.5, 1, 0.5)],
                    {"T-junction": 1}),  # fmt: skip
@@ -199,6 +200,8 @@ def test_repeated_faces_are_those_of_one_winding_and_surface():
     found = repeated(v, np.zeros(len(v), int))
     assert found.tolist() == [False, True, True, True, False, True, True] + [False] * 4
     assert not repeated(v, np.arange(len(v))).any()
+    of_two = repeated(v[[0, 1, 2, 3]], np.array([0, 1, 1, 0]))
+    assert of_two.tolist() == [False, False, True, True]
     assert repeated(np.array([quad * 0.0, quad * -0.0]), np.zeros(2, int)).tolist() == [False, True]
 
 

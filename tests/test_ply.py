@@ -62,15 +62,15 @@ def test_one_square_in_all_types_and_orders(form, end, number, code, count, of):
 def test_polygons_of_many_lengths_stay_what_they_are():
     """A quadrilateral stays whole, a star of ten corners keeps its area, rows know their file."""
     points = [*SQUARE.tolist(), *STAR]
-    rows = [(3, 0, 1, 2), (10, *range(4, 14)), (4, 0, 1, 2, 3), (2, 0, 1), (3, 0, 1, 1)]
+    rows = [(3, 0, 1, 2), (2, 0, 1), (10, *range(4, 14)), (4, 0, 1, 2, 3), (3, 0, 1, 1)]
     data = text(points, rows)
     geometry = read_ply(data, "a.ply", "a", merge=False)
     area = geometry.faces.areas()
     owner = geometry.given.owner
     star = 0.5 * sum(a[0] * b[1] - a[1] * b[0] for a, b in pairwise([*STAR, STAR[0]]))
     totals = [area[owner == k].sum() for k in range(5)]
-    assert totals == pytest.approx([0.5, star, 1, 0, 0])
-    assert np.sum(owner == 2) == 1 and geometry.given.count == 5
+    assert totals == pytest.approx([0.5, 0, star, 1, 0])
+    assert np.sum(owner == 3) == 1 and geometry.given.count == 5
     assert (geometry.faces.normals()[:, 2] > 0.999).all()
     assert geometry.notes == ("1 faces of fewer than 3 corners were left out",)
     assert geometry.faces.degenerate == 1

@@ -62,7 +62,6 @@ def find_shells(faces: Faces, seams: Seams) -> Shells:
     orientable = np.ones(count, bool)
     orientable[label[side[:n] == side[n:]]] = False
     odd, share = _odd(faces.areas(), side[:n], side[n:], label, count)
-    odd &= orientable[label]
     kinds = seams.kinds()[seams.edge]
     closed = np.ones(count, bool)
     closed[label[seams.face[kinds != CLOSED]]] = False
