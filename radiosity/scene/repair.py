@@ -44,13 +44,13 @@ def repaired(
     which, notes, problems = np.zeros(len(faces), bool), [], []
     if shows.any():
         shells = find_shells(faces, find_seams(faces))
-        which, notes = _agreeing(shells, shows)
-        notes += _inward_notes(faces, shells, materials)
+        which, notes = _agreeing(shells, shows, fixed)
+        notes += _inward_notes(faces, shells, fixed, materials)
     if clear.any():
         place, body = np.flatnonzero(clear), _subset(faces, clear)
         seams = find_seams(body)
         shells = find_shells(body, seams)
-        which[place], more = _looking_out(body, shells)
+        which[place], more = _looking_out(body, shells, fixed[place])
         notes += more + _unclosed(body, seams, shells, materials)
         problems = [
             f"clear body {_where(body, first, materials)}: its faces cannot be turned so that "
@@ -59,7 +59,6 @@ def repaired(
         ]
     if problems:
         raise SceneError(source, problems)
-    which &= ~fixed
     return turned(faces, which) if which.any() else faces, notes
 
 
@@ -74,11 +73,10 @@ def _subset(faces, which):
     return Faces(faces.vertices[which], faces.material[which], faces.group[which])
 
 
-def _agreeing(shells, matters):
+def _agreeing(shells, matters, fixed):
     """Return which faces to turn so that those of a body agree, and notes."""
-    held = np.bincount(shells.of_face, matters, len(shells.closed)) > 0
-    wrong = np.bincount(shells.of_face, shells.odd, len(shells.closed)) > 0
-    mixed = shells.closed & held & wrong
+    held, wrong, kept = (_any_of(shells, x) for x in (matters, shells.odd, fixed))
+    mixed = shells.closed & held & wrong & ~kept
     sure = mixed & (shells.share >= SURE)
     which, notes = shells.odd & sure[shells.of_face], []
     if sure.any():
@@ -96,15 +94,20 @@ def _agreeing(shells, matters):
     return which, notes
 
 
-def _looking_out(body, shells):
+def _any_of(shells, which):
+    """Return (s,) bool: pieces with a face of some (f,)."""
+    return np.bincount(shells.of_face, which, len(shells.closed)) > 0
+
+
+def _looking_out(body, shells, fixed):
     """Return which faces of clear bodies to turn so that all look out, and a note."""
     low, high = shells.boxes(body)
-    inward = shells.closed & shells.orientable & (shells.volume < 0)
+    whole = shells.closed & shells.orientable & ~_any_of(shells, fixed)
+    inward = whole & (shells.volume < 0)
     for s in np.flatnonzero(inward):
         about = np.all((low <= low[s]) & (high >= high[s]), axis=1) & shells.closed
         inward[s] = about.sum() == 1  # itself
-    odd = shells.odd & (shells.closed & shells.orientable)[shells.of_face]
-    which = odd != inward[shells.of_face]
+    which = (shells.odd & whole[shells.of_face]) != inward[shells.of_face]
     if not which.any():
         return which, []
     return which, [
@@ -137,13 +140,13 @@ def _where(body, face, materials):
     return f"of {materials[body.material[face]].name} at [{point}]"
 
 
-def _inward_notes(faces, shells, materials):
+def _inward_notes(faces, shells, fixed, materials):
     """Return the note that lamps turned inside out keep their light, which may be meant."""
     from radiosity.mesh.winding import inside_out
 
     emits = np.array([m.emits for m in materials], bool)[faces.material]
     bodies = inside_out(faces, shells) & (shells.share >= SURE)
-    lamp = bodies & (np.bincount(shells.of_face, emits, len(bodies)) > 0)
+    lamp = bodies & _any_of(shells, emits) & ~_any_of(shells, fixed)
     if not lamp.any():
         return []
     first = int(np.argmax(lamp[shells.of_face] & emits))
