@@ -100,7 +100,8 @@ def test_default_camera_stands_outside_and_sees_every_vertex(tmp_path):
         ("a.ply", PLY.format(faces=1, z=0, face="3 0 1 1").encode(), "there is nothing to light"),
         ("a.ply", PLY.split("element face")[0].encode() + b"end_header\n0 0 0\n", "has no faces"),
         ("a.stl", b"garbage", "has no faces"),
-        ("a.stl", STL[:100], "has no faces: nothing can be lit"),
+        ("a.stl", STL[:100], "1 triangles, which take 134 bytes, and has 100: it was cut off"),
+        ("a.stl", STL[:80] + bytes(4), "has no faces: nothing can be lit"),
         ("a.stl", STL[:96] + struct.pack("<f", np.inf) + STL[100:], "must be finite"),
         (
             "a.obj",

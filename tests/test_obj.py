@@ -248,3 +248,8 @@ def test_wrong_texture_coordinates_and_normals_are_named(line, text):
         detailed(SQUARE + TWO_UV + DOME + line + "\nf 1 2 3\n")
     assert len(error.value.problems) == 1
     assert text in error.value.problems[0]
+
+
+def test_points_with_normals_and_no_faces_are_refused():
+    with pytest.raises(SceneError, match="has no faces"):
+        read_obj("v 0 0 0\nvn 0 0 1\n", "a.obj", None)

@@ -105,7 +105,7 @@ def test_polygons_get_their_coordinates_and_files_theirs(folder):
     (folder / "a.obj").write_text(obj)
     found = load(folder, text, '[[geometry]]\nfile = "a.obj"\nscale = 2\n')
     np.testing.assert_array_equal(found.faces.uv, [[[0, 0], [3, 0], [3, 3], [3, 3]]])
-    (folder / "b.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl m\nf 1 2 3\n")
+    (folder / "b.obj").write_text("v 0 0 1\nv 1 0 1\nv 1 1 1\nusemtl m\nf 1 2 3\n")
     both = '[[geometry]]\nfile = "a.obj"\n[[geometry]]\nfile = "b.obj"\n'
     assert problems(folder, text, both) == [
         "materials.m names a texture, but 1 of its 2 faces have no texture coordinates, face 1 "

@@ -110,7 +110,8 @@ def test_emission_in_each_quantity(emission, radiance):
 
 
 def test_flux_is_shared_by_all_faces_of_the_material():
-    made = read(FLOOR + material("emission = { radiant_flux = 60 }")).materials[0]
+    above = FLOOR + "translate = [0, 0, 1]\n"
+    made = read(above + material("emission = { radiant_flux = 60 }")).materials[0]
     np.testing.assert_allclose(made.emission, 60 / (np.pi * 4))
 
 
@@ -140,7 +141,8 @@ def test_gloss_alone_has_no_diffuse_part():
 
 
 def test_groups_come_from_the_file_or_the_material_and_stay_apart():
-    scene = read('[[geometry]]\nfile = "two.obj"\n' + FLOOR + FLOOR + FLOOR.replace('"m"', '"b"'))
+    above = FLOOR + "translate = [0, 0, 1]\n"
+    scene = read('[[geometry]]\nfile = "two.obj"\n' + FLOOR + above + FLOOR.replace('"m"', '"b"'))
     assert scene.groups == ("a", "b", "m", "m-2", "b-2")
     assert scene.faces.group.tolist() == [0, 1, 2, 3, 4]
 

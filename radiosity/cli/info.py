@@ -3,14 +3,17 @@
 from radiosity.cli import options as o
 
 
-def info(scene: o.SceneFile, bands: o.Bands = "auto") -> None:
+def info(scene: o.SceneFile, bands: o.Bands = "auto", as_json: o.Json = False) -> None:
     """Print what was read from a scene's files: materials, lights, cameras, mesh findings.
+
+    With --json the mesh, its findings and the notes.
 
     Example: radiosity info scenes/cornell_box.toml
     """
     from radiosity.scene.files import load
 
-    print(describe(load(scene, bands=bands)))
+    model = load(scene, bands=bands)
+    print(_as_json(model) if as_json else describe(model))
 
 
 def describe(scene) -> str:
@@ -70,17 +73,29 @@ def _lights(scene) -> list[str]:
     return lines if len(lines) > 2 else []
 
 
-def _findings(scene) -> list[str]:
-    """Return what was found in the mesh, and what the readers noted."""
+def _flaws(scene):
+    """Return the contacts of a scene's faces and what is odd about its mesh."""
     import numpy as np
 
     from radiosity.mesh.contact import find_contacts
+    from radiosity.mesh.findings import find_flaws
 
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
-    contacts = find_contacts(scene.faces, emits).faces
+    contacts = find_contacts(scene.faces, emits)
+    return contacts.faces, find_flaws(scene.faces, emits, contacts)
+
+
+def _findings(scene) -> list[str]:
+    """Return what was found in the mesh, and what the readers noted."""
+    from radiosity.mesh.findings import MEANS
+
+    contacts, flaws = _flaws(scene)
     covered = sum(bool(c.covers or c.hides) for c in contacts.values())
     found = [
-        f"contact: {len(contacts)} faces are met by others in their plane, {covered} lie on others"
+        f"contact: {len(contacts)} faces are met by others in their plane, {covered} lie on others",
+        f"mesh: {flaws.outward + flaws.inward} closed pieces ({flaws.outward} look out, "
+        f"{flaws.inward} in), {flaws.open} open",
+        *(f"found: {f.count} {MEANS[f.kind]}{_places(f, scene)}" for f in flaws.found),
     ]
     if scene.truth is not None:
         found.append(
@@ -91,6 +106,39 @@ def _findings(scene) -> list[str]:
         curved = int(scene.faces.is_curved.sum())
         found.append(f"normals: {curved} faces stand for a curved surface")
     return ["", *found, *(f"note: {note}" for note in scene.notes)]
+
+
+def _places(finding, scene) -> str:
+    """Return where the first of a kind are: faces, their groups and points."""
+    places = [
+        f"face {f} ({scene.groups[scene.faces.group[f]]}) at {_bands(point)}"
+        for f, point in zip(finding.faces, finding.points, strict=True)
+    ]
+    return "; ".join(["", *places]) + ("; .." if finding.count > len(places) > 0 else "")
+
+
+def _as_json(scene) -> str:
+    import json
+
+    from radiosity.mesh.findings import MEANS
+
+    _, flaws = _flaws(scene)
+    vertices = scene.faces.vertices.reshape(-1, 3)
+    triangles = int(scene.faces.is_triangle.sum())
+    found = [
+        {
+            "kind": f.kind, "count": f.count, "means": MEANS[f.kind], "faces": f.faces,
+            "groups": [scene.groups[scene.faces.group[k]] for k in f.faces], "points": f.points,
+        }
+        for f in flaws.found
+    ]  # fmt: skip
+    return json.dumps({
+        "name": scene.name, "unit": scene.unit, "up": scene.up, "triangles": triangles,
+        "quadrilaterals": len(scene.faces) - triangles,
+        "low": vertices.min(axis=0).tolist(), "high": vertices.max(axis=0).tolist(),
+        "closed_looking_out": flaws.outward, "closed_looking_in": flaws.inward,
+        "open": flaws.open, "findings": found, "notes": scene.notes,
+    })  # fmt: skip
 
 
 def _bands(values) -> str:

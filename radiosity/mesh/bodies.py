@@ -7,10 +7,9 @@ faces that show him their backs are hidden by others and need not be looked at.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from radiosity.mesh.faces import Faces, welded
+from radiosity.mesh.faces import Faces
+from radiosity.mesh.seams import find_seams
 
 LARGEST = 10**7  # coordinates times planes that are looked at for one body
 
@@ -32,23 +31,9 @@ class Bodies:
 
 def find_bodies(faces: Faces) -> Bodies:
     """Return the closed surfaces: every edge joins two faces that run along it in opposite ways."""
-    corner = welded(faces.vertices.reshape(-1, 3)).reshape(-1, 4)
-    start, end = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
-    face = np.repeat(np.arange(len(faces)), 4)
-    real = start != end
-    start, end, face = start[real], end[real], face[real]
-    size = corner.max(initial=0) + 1
-    edge, which = np.unique(
-        np.minimum(start, end) * size + np.maximum(start, end), return_inverse=True
-    )
-    which = which.ravel()
-    uses = np.bincount(which, minlength=len(edge))
-    turn = np.bincount(which, weights=np.where(start < end, 1, -1), minlength=len(edge))
-    first = np.zeros(len(edge), int)
-    first[which[::-1]] = face[::-1]
-    joined = coo_array((np.ones(len(face)), (face, first[which])), shape=(len(faces),) * 2)
-    label = connected_components(joined, directed=False)[1]
-    broken = np.unique(label[face[((uses != 2) | (turn != 0))[which]]])
+    seams = find_seams(faces)
+    label = seams.components()
+    broken = np.unique(label[seams.face[((seams.uses != 2) | (seams.turn != 0))[seams.edge]]])
     kept = np.setdiff1d(np.unique(label), broken)
     number = np.full(label.max(initial=-1) + 1, len(kept))
     number[kept] = np.arange(len(kept))

@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from radiosity.mesh.duplicates import repeated
+
 PLANAR = 1e-6  # deviation from a plane, as a share of a polygon's size, below which it is flat
 WELD = 1e-7  # distance, as a share of the mesh's size, below which two vertices are one
 SHARED = 8  # faces looked at round one edge; bounds the work where thousands share it
@@ -30,6 +32,8 @@ class Faces:
     corner_normals : (f, 4, 3) float64, optional
         Unit normals of the curved surface that the faces stand for, on their front side, nan on
         faces that are meant to be flat.
+    duplicates : int
+        How many faces that were there before in all their corners were dropped on the way here.
     """
 
     vertices: np.ndarray
@@ -38,6 +42,7 @@ class Faces:
     degenerate: int = 0
     uv: np.ndarray | None = None
     corner_normals: np.ndarray | None = None
+    duplicates: int = 0
 
     @classmethod
     def from_triangles(cls, triangles, material, group, merge: bool = True) -> "Faces":
@@ -61,6 +66,7 @@ class Faces:
             edge into convex quadrilaterals: the pair whose corners are nearest to 90 degrees
             first, then the one read first. A pair keeps the place and the first vertex of its
             first triangle. Pairs stay apart where `radiosity.mesh.corners.joinable` says so.
+            Before, faces that repeat one of their material and group are dropped (`repeated`).
         uv, corner_normals : (f, 4, 2), (f, 4, 3) float, optional
         """
         v = np.asarray(vertices, float).reshape(-1, 4, 3)
@@ -70,8 +76,12 @@ class Faces:
                              "finite")  # fmt: skip
         material, group = (np.broadcast_to(np.asarray(x, int), len(v)) for x in (material, group))
         keep = has_area(v)
+        degenerate, duplicates = int(np.count_nonzero(~keep)), 0
+        if merge:
+            surface = material * (group.max(initial=0) + 1) + group
+            keep[keep] = single = ~repeated(v[keep], surface[keep])
+            duplicates = int(np.count_nonzero(~single))
         v, material, group = v[keep].copy(), material[keep].copy(), group[keep].copy()
-        degenerate = int(np.count_nonzero(~keep))
         more = [None if x is None else np.asarray(x, float)[keep] for x in (uv, corner_normals)]
         if merge:
             first, second, joined = _merged(v, material, group, *more)
@@ -83,7 +93,7 @@ class Faces:
                 made.append(corners)
             v, *more = made
             material, group = (np.delete(x, second, axis=0) for x in (material, group))
-        return cls(v, material, group, degenerate, *more)
+        return cls(v, material, group, degenerate, *more, duplicates)
 
     @classmethod
     def concatenate(cls, parts: "list[Faces]") -> "Faces":
@@ -97,7 +107,18 @@ class Faces:
             sum(p.degenerate for p in parts),
             _concatenated([p.uv for p in parts], parts),
             _concatenated([p.corner_normals for p in parts], parts),
+            sum(p.duplicates for p in parts),
         )
+
+    def without_duplicates(self) -> "Faces":
+        """Return the faces without those that repeat one of their material, of any group."""
+        keep = ~repeated(self.vertices, self.material)
+        if keep.all():
+            return self
+        uv, normals = (None if x is None else x[keep] for x in (self.uv, self.corner_normals))
+        left = self.vertices[keep], self.material[keep], self.group[keep]
+        dropped = self.duplicates + int(np.count_nonzero(~keep))
+        return Faces(*left, self.degenerate, uv, normals, dropped)
 
     def __len__(self) -> int:
         """Return the number of faces."""

@@ -9,6 +9,8 @@ from radiosity.light.palette import Nanometres, Palette, Rgb, of_source
 from radiosity.mesh.faces import Faces
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.model import Camera, Material, Scene
+from radiosity.scene.repair import repaired
+from radiosity.scene.units import extent_notes
 
 DEFAULT_REFLECTANCE = 0.5
 DEFAULT_FOV = 40.0
@@ -55,7 +57,24 @@ def with_materials(
     faces = replace(old, material=index[old.material])
     if old.degenerate:
         notes.append(f"{old.degenerate} faces without area were left out")
+    if old.duplicates:
+        notes.append(f"{old.duplicates} faces that repeat another one were left out")
     return faces, tuple(table.values()), notes
+
+
+def as_solved(
+    faces: Faces, materials: tuple[Material, ...], geometry: Geometry, unit: str, source: str
+) -> tuple[Faces, list[str]]:
+    """Return the faces as they are solved, turned where `repaired` says so, and notes.
+
+    Raises
+    ------
+    SceneError
+        See `repaired`.
+    """
+    fixed = [name in geometry.fixed for name in geometry.group_names]
+    faces, notes = repaired(faces, materials, np.array(fixed, bool)[faces.group], source)
+    return faces, notes + extent_notes(faces, unit)
 
 
 def in_bands(kind: str | int, has_spectra: bool, make: Callable[[Palette], Scene]) -> Scene:

@@ -15,13 +15,13 @@ from radiosity.scene.schema import (
     POINT,
     POLYGON,
     SCALE,
-    UNITS,
     UVS,
     GeometryTable,
     at,
     checked,
     dotted,
 )
+from radiosity.scene.units import UNITS
 
 GLTF = ".glb", ".gltf"
 
@@ -52,6 +52,8 @@ def parts_of(
         if len(problems) == before:
             part = part.placed(matrix @ _into(frame, part, raw))
             part = _smoothed(part, raw.get("smooth"), path, problems)
+            if raw.get("repair") is False:
+                part = replace(part, fixed=frozenset(part.group_names))
         parts.append(part if len(problems) == before else None)
     return parts
 

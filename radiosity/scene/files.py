@@ -1,18 +1,13 @@
 """Files: what may be read from disk, and which reader reads it."""
 
 import difflib
-import io
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from radiosity.light.palette import ACCURACY, kind_of
-from radiosity.mesh.faces import Faces, has_area
-from radiosity.mesh.given import Given
 from radiosity.scene.assemble import geometry_problem
-from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
+from radiosity.scene.geometry import Geometry
 from radiosity.scene.model import Scene, SceneError
 from radiosity.scene.obj import read_obj
 
@@ -81,7 +76,7 @@ def read_geometry(
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
     uv : bool
-        Read texture coordinates; only OBJ files have them here.
+        Read texture coordinates, of OBJ and PLY files.
 
     Raises
     ------
@@ -89,7 +84,7 @@ def read_geometry(
         If the file is not there, lies outside the folder, is of another format or is broken.
     """
     path = Path(path)
-    readers = {".obj": _obj, ".ply": _trimesh, ".stl": _trimesh}
+    readers = {".obj": _obj, ".ply": _ply, ".stl": _stl}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         suffix = f'the suffix "{path.suffix}"' if path.suffix else "no suffix"
@@ -207,51 +202,23 @@ def _loosely_decoded(data):
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _trimesh(path, folder, merge, uv):
-    """Return what trimesh reads of a PLY or STL file, checked."""
-    import trimesh  # takes 0.3 s
+def _ply(path, folder, merge, uv):
+    from radiosity.scene.ply import read_ply
 
-    data = read_bytes(path)
-    try:
-        with np.errstate(all="ignore"):  # it computes normals of vertices not yet checked
-            mesh = trimesh.load_mesh(io.BytesIO(data), path.suffix.lower()[1:], process=False)
-        vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
-    except Exception as error:  # a reader of other people's files fails in any way
-        kind = path.suffix[1:].upper()
-        problem = f"is not a {kind} file that can be read: {type(error).__name__}: {error}"
-        raise SceneError(str(path), [problem]) from error
-    problems = _array_problems(vertices, faces)
-    if problems:
-        raise SceneError(str(path), problems)
-    triangles = vertices[faces]
-    made = Faces.from_triangles(triangles, 0, 0, merge)
-    solid = np.flatnonzero(has_area(triangles[:, [0, 1, 2, 2]]))
-    given = None if merge else Given(made, solid, len(faces))
-    return Geometry(made, (DEFAULT,), (path.stem,), given=given)
+    return read_ply(read_bytes(path), str(path), path.stem, merge, uv)
 
 
-def _array_problems(vertices, faces):
-    """Return what is wrong with vertices (n, 3) and triangles (t, 3)."""
-    if faces.ndim != 2 or faces.shape[0] == 0:
-        return ["has no faces: nothing can be lit"]
-    problems = []
-    bad = np.flatnonzero(~(np.abs(vertices) <= LONGEST).all(axis=1))
-    if len(bad):
-        value = vertices[bad[0]].tolist()
-        problems.append(f"vertex {bad[0]} = {value} must be finite and at most {LONGEST:g}")
-    lost = np.flatnonzero(((faces < 0) | (faces >= len(vertices))).any(axis=1))
-    if len(lost):
-        problems.append(
-            f"face {lost[0]} = {faces[lost[0]].tolist()} names a vertex that does not exist: "
-            f"there are {len(vertices)}, counted from 0"
-        )
-    return problems
+def _stl(path, folder, merge, uv):
+    from radiosity.scene.stl import read_stl
+
+    return read_stl(read_bytes(path), str(path), path.stem, merge)
 
 
 def _bare(path, merge, bands, accuracy, frame):
     """Return a scene of one geometry file and nothing else."""
-    from radiosity.scene.schema import UNITS, at
+    from radiosity.scene.schema import at
     from radiosity.scene.toml import read_tables
+    from radiosity.scene.units import UNITS
 
     frame = {key: value for key, value in frame.items() if value is not None}
     for key, known in (("unit", UNITS), ("up", "xyz")):

@@ -39,6 +39,8 @@ class Geometry:
         file holds them, or reals.
     unit, up : str or None
         Those that the format fixes.
+    fixed : frozenset of str
+        Names of the groups whose faces are not turned round, see `radiosity.scene.repair`.
     """
 
     faces: Faces
@@ -52,6 +54,7 @@ class Geometry:
     pictures: dict[str, np.ndarray] = field(default_factory=dict)
     unit: str | None = None
     up: str | None = None
+    fixed: frozenset[str] = frozenset()
 
     def of_material(self, name: str) -> "Geometry":
         """Return the geometry with all of it made of one material."""
@@ -98,13 +101,14 @@ def joined(parts: list[Geometry]) -> Geometry:
 
     Materials of one name are one material, the first part that describes it wins; groups of
     different parts stay apart, as do cameras: a name that is taken gets a number ("wall",
-    "wall-2").
+    "wall-2"). Faces that repeat one of their material are dropped.
     """
-    materials, groups, described, notes, faces = {}, {}, {}, [], []
+    materials, groups, described, notes, faces, fixed = {}, {}, {}, [], [], set()
     lights, cameras, pictures = [], {}, {}
     for part in parts:
         material = [materials.setdefault(n, len(materials)) for n in part.material_names]
         group = [groups.setdefault(free_name(n, groups), len(groups)) for n in part.group_names]
+        fixed |= {list(groups)[group[k]] for k, n in enumerate(part.group_names) if n in part.fixed}
         renumbered = replace(
             part.faces,
             material=np.array(material, int)[part.faces.material],
@@ -116,9 +120,10 @@ def joined(parts: list[Geometry]) -> Geometry:
         lights += part.lights
         cameras |= {free_name(name, cameras): table for name, table in part.cameras.items()}
         pictures |= part.pictures
+    faces = Faces.concatenate(faces).without_duplicates()
     return Geometry(
-        Faces.concatenate(faces), tuple(materials), tuple(groups), described, tuple(notes),
-        lights=tuple(lights), cameras=cameras, pictures=pictures,
+        faces, tuple(materials), tuple(groups), described, tuple(notes), lights=tuple(lights),
+        cameras=cameras, pictures=pictures, fixed=frozenset(fixed),
     )  # fmt: skip
 
 

@@ -7,15 +7,14 @@ Everything else is ignored.
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from radiosity.mesh.faces import Faces, has_area
-from radiosity.mesh.given import Given
-from radiosity.mesh.triangulate import NoArea, convex_parts, convex_quads
+from radiosity.mesh.outlines import split_outlines
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.model import ReadAs, SceneError
+from radiosity.scene.polygons import faces_of, flat_notes
 
 WHOLE = re.compile(r"[+-]?\d{1,18}")
 WITH_NORMALS = re.compile(r"(?:[+-]?\d{1,18}/(?:[+-]?\d{1,18})?/[+-]?\d{1,18} )+", re.ASCII)
@@ -79,27 +78,16 @@ def read_obj(
         said.problems.append("has no faces: an OBJ file lists them as lines such as f 1 2 3")
     if said.problems:
         raise SceneError(source, _shortened(said.problems))
-    place, origin, more = _polygons(points, corners, said)
+    found = split_outlines(points, corners, np.array(said.face_size, int))
+    said.problems += [f"line {said.face_line[f]}: the face {text}" for f, text in found.problems]
     if said.problems:
         raise SceneError(source, _shortened(said.problems))
-    polygons = points[corners[place]]
-    faces = Faces.from_polygons(
-        polygons, np.array(said.material, int)[origin], np.array(said.group, int)[origin], merge,
-        *(None if x is None else _whole(x[place]) for x in details),
+    faces, given = faces_of(
+        points[corners[found.place]], found, len(said.face_size), np.array(said.material, int),
+        np.array(said.group, int), merge, *details,
     )  # fmt: skip
-    if faces.corner_normals is not None:
-        from radiosity.mesh.curves import curved
-
-        faces = replace(faces, corner_normals=curved(faces))
-    given = None if merge else Given(faces, origin[has_area(polygons)], len(said.face_size))
     names = tuple(said.material_names), tuple(said.group_names)
-    return Geometry(faces, *names, materials, tuple(notes + more), given)
-
-
-def _whole(values):
-    """Return corners (k, 4, c), nan on all of a face where one of them is."""
-    missing = np.isnan(values).any(axis=(1, 2), keepdims=True)
-    return np.where(missing, np.nan, values)
+    return Geometry(faces, *names, materials, tuple(notes + flat_notes(found)), given)
 
 
 def _statements(text, uv):
@@ -265,45 +253,6 @@ def _named(corners, slot, wrong):
             return np.fromstring(numbers, np.int64, sep=" ").reshape(-1, slots)[:, slot]
     words = [w[slot] if len(w) > slot and w[slot] else "0" for w in (c.split("/") for c in corners)]
     return np.array([int(w) if WHOLE.fullmatch(w) else wrong for w in words], np.int64)
-
-
-def _polygons(points, corners, said):
-    """Return the corners (k, 4) of convex polygons, the face each came from and notes."""
-    size = np.array(said.face_size, int)
-    first = np.cumsum(size) - size
-    three, four = np.flatnonzero(size == 3), np.flatnonzero(size == 4)
-    triangles = first[three, None] + [0, 1, 2, 2]
-    quads = first[four, None] + np.arange(4)
-    whole = convex_quads(points[corners[quads]])
-    hard = np.concatenate([four[~whole], np.flatnonzero(size > 4)])
-    parts, origin, notes = [triangles, quads[whole]], [three, four[whole]], []
-    flat = 0
-    for f in np.sort(hard):
-        split, problem = _split(points[corners[first[f] : first[f] + size[f]]])
-        if problem:
-            said.problems.append(f"line {said.face_line[f]}: the face {problem}")
-        flat += split is None
-        if split is not None:
-            parts.append(first[f] + split)
-            origin.append(np.full(len(split), f))
-    if flat:
-        notes.append(f"{flat} faces with all corners on one line were left out")
-    origin = np.concatenate(origin)
-    order = np.argsort(origin, kind="stable")
-    return np.concatenate(parts)[order], origin[order], notes
-
-
-def _split(polygon):
-    """Return the corners (k, 4) of convex parts of a face, None if it has no area; and a problem.
-
-    Corners in files are rounded: a polygon that is not flat is split as it is drawn.
-    """
-    try:
-        return convex_parts(polygon, flatness=np.inf), None
-    except NoArea:
-        return None, None
-    except ValueError as error:
-        return np.empty((0, 4), int), str(error)
 
 
 def _libraries(said, read_library):

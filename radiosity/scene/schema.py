@@ -26,8 +26,8 @@ from radiosity.scene.checks import (
     truth_value,
 )
 from radiosity.scene.geometry import LONGEST
+from radiosity.scene.units import UNITS
 
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 LARGEST_PICTURE = 16384
 RECEIVES = "a surface cannot reflect more than it receives"
 
@@ -185,6 +185,7 @@ class GeometryTable(StrictTable):
     smooth: taken_by(_smooth) = True
     unit: Literal[tuple(UNITS)] | None = None
     up: Literal["x", "y", "z"] | None = None
+    repair: bool = True
     transform: taken_by(MATRIX) = None
     translate: taken_by(POINT) = None
     rotate: taken_by(POINT) = None

@@ -10,7 +10,13 @@ import numpy as np
 
 from radiosity.light.bands import RGB
 from radiosity.light.palette import ACCURACY, Nanometres, kind_of
-from radiosity.scene.assemble import default_camera, geometry_problem, in_bands, with_materials
+from radiosity.scene.assemble import (
+    as_solved,
+    default_camera,
+    geometry_problem,
+    in_bands,
+    with_materials,
+)
 from radiosity.scene.blocks import frame_of, parts_of
 from radiosity.scene.cameras import camera_problems, make_camera
 from radiosity.scene.checks import SpectrumFile, TextureKey, nearest
@@ -21,7 +27,6 @@ from radiosity.scene.materials import make_materials
 from radiosity.scene.model import Scene, SceneError, Truth, too_bright, uncovered
 from radiosity.scene.schema import (
     OPTICAL,
-    UNITS,
     CameraTable,
     EmissionTable,
     MaterialTable,
@@ -31,6 +36,7 @@ from radiosity.scene.schema import (
     dotted,
     values_of,
 )
+from radiosity.scene.units import UNITS
 
 
 def read_toml(
@@ -175,6 +181,7 @@ def _completed(scene, geometry, tables, lights, details, palette):
         if problems:
             raise SceneError(scene.source, problems)
     faces, materials, more = with_materials(geometry, made, palette.bands.count)
+    faces, odd = as_solved(faces, materials, geometry, scene.unit, scene.source)
     notes += _colour_notes(scene, palette)
     lights = [make_light(table, palette) for table in lights.values()]
     dark = np.zeros(palette.bands.count)
@@ -187,7 +194,7 @@ def _completed(scene, geometry, tables, lights, details, palette):
         ambient=sum((s.radiance for s in lights if isinstance(s, Ambient)), dark),
         lights=tuple(s for s in lights if not isinstance(s, Ambient)),
         truth=scene.truth if palette.bands is RGB else None,
-        notes=(*scene.notes, *notes, *more),
+        notes=(*scene.notes, *notes, *more, *odd),
     )  # fmt: skip
 
 
