@@ -198,7 +198,20 @@ def _obj(path, folder, merge, uv):
             return None
         return _loosely_decoded(read_bytes(library))
 
-    return read_obj(_loosely_decoded(read_bytes(path)), str(path), read_library, merge, uv)
+    def read_beside(name):
+        return _picture_beside(path, folder, name)
+
+    text = _loosely_decoded(read_bytes(path))
+    return read_obj(text, str(path), read_library, merge, uv, read_beside)
+
+
+def _picture_beside(path, folder, name):
+    """Return the pixels of a picture that a geometry file names, relative to its own folder."""
+    from radiosity.scene.textures import read_picture
+
+    picture = path.parent / name
+    _check_inside(picture, folder)
+    return read_picture(picture, read_bytes)
 
 
 def _loosely_decoded(data):
