@@ -135,7 +135,7 @@ def _through(said, notes):
     refracts = numbers.get("illum") in (6.0, 7.0) and numbers.get("Ni", 1.0) > 1.0
     tint = np.minimum(said.colour("Tf", 1.0), 1.0)
     through = tint if refracts and opaque == 1.0 else (1.0 - opaque) * tint
-    if through.max() < WEAK:
+    if through.max() <= WEAK:
         if opaque < 1.0:
             notes.append(f"less than {WEAK:g} of light through a surface is left out")
         return np.zeros(3), 1.0, False
@@ -171,7 +171,7 @@ def _metal(said, base, metal):
     share = base.colour * base.mean * metal if base.pixels is not None else base.colour * metal
     base.colour = base.colour * (1.0 - metal)
     roughness = _roughness(said)
-    if share.max() < WEAK:
+    if share.max() <= WEAK:
         return {}
     if roughness < SHARPEST:
         return {"mirror": share.tolist()}
@@ -215,7 +215,7 @@ def _gloss(said, base, through, model, notes):
     else:
         share = _in_balance(share, base, notes)
     wide = not sharp and exponent < DULL
-    if share.max() < WEAK or wide:
+    if share.max() <= WEAK or wide:
         notes.append(
             f"Ks with Ns below {DULL:g} counts as diffuse" if wide
             else f"Ks below {WEAK:g} counts as diffuse"
