@@ -195,13 +195,22 @@ def _rad(path, folder, merge, uv):
     return read_rad(text, str(path), partial(_text_beside, path, folder), merge)
 
 
+def _beside(path, folder, name):
+    """Return the path of a file that a geometry file names, relative to its own folder.
+
+    Where there is none in the folder that it names, one right beside the geometry file is taken.
+    """
+    named = path.parent / name
+    _check_inside(named, folder)
+    beside = path.parent / Path(name).name
+    return beside if not named.is_file() and beside.is_file() else named
+
+
 def _text_beside(path, folder, name):
     """Return the text of a file that a geometry file names, None if there is none."""
-    beside = path.parent / name
+    beside = _beside(path, folder, name.replace("\\", "/"))
     _check_inside(beside, folder)
-    if not beside.is_file():
-        return None
-    return _loosely_decoded(read_bytes(beside))
+    return _loosely_decoded(read_bytes(beside)) if beside.is_file() else None
 
 
 def _obj(path, folder, merge, uv):
@@ -214,7 +223,7 @@ def _picture_beside(path, folder, name):
     """Return the pixels of a picture that a geometry file names, relative to its own folder."""
     from radiosity.scene.textures import read_picture
 
-    picture = path.parent / name
+    picture = _beside(path, folder, name)
     _check_inside(picture, folder)
     return read_picture(picture, read_bytes)
 

@@ -9,8 +9,8 @@ import numpy as np
 from radiosity.scene.model import ReadAs, SceneError
 from radiosity.scene.mtl import Map, Statements
 
-WEAK = 0.05  # a share of light below which no highlight, mirror or pane is modelled
-DULL = 10.0  # exponent (Ns) below which a highlight is so wide that it counts as diffuse
+WEAK = 0.05  # a share of light up to which no highlight, mirror or pane is modelled
+DULL = 10.0  # exponent (Ns) below which a highlight is so wide that it is none
 SHARPEST = 0.01  # roughness below which metal is a mirror
 CLEAR = 0.9  # transmission from which on a body has no colour of its own
 OF_BLENDER = 0.08  # its Ks 0.5 stands for the 4 % of light that glass reflects
@@ -137,7 +137,7 @@ def _through(said, notes):
     through = tint if refracts and opaque == 1.0 else (1.0 - opaque) * tint
     if through.max() <= WEAK:
         if opaque < 1.0:
-            notes.append(f"less than {WEAK:g} of light through a surface is left out")
+            notes.append(f"up to {WEAK:g} of light through a surface is left out")
         return np.zeros(3), 1.0, False
     return through, opaque if opaque < 1.0 else 1.0 - float(through.max()), refracts
 
@@ -210,20 +210,17 @@ def _gloss(said, base, through, model, notes):
     if not sharp and exponent is None:
         notes.append("Ks without Ns has no highlight")
         return {}
-    if through.any():
-        share = np.minimum(share, np.maximum(1.0 - base.brightest - through, 0.0))
-    else:
-        share = _in_balance(share, base, notes)
-    wide = not sharp and exponent < DULL
-    if share.max() <= WEAK or wide:
-        notes.append(
-            f"Ks with Ns below {DULL:g} counts as diffuse" if wide
-            else f"Ks below {WEAK:g} counts as diffuse"
-        )  # fmt: skip
+    if not sharp and exponent < DULL:
+        notes.append(f"Ks with Ns below {DULL:g} is no highlight and left out")
+        return {}
+    left = np.maximum(1.0 - base.brightest - through, 0.0)
+    share = np.minimum(share, left) if through.any() or share.max() <= WEAK else share
+    if share.max() <= WEAK:
+        notes.append(f"Ks up to {WEAK:g} counts as diffuse")
         if base.pixels is None:
             base.colour = base.colour + share
         return {}
-    share = share.tolist()
+    share = (share if through.any() else _in_balance(share, base, notes)).tolist()
     if sharp:
         return {"mirror": share}
     return {"specular": {"model": "blinn", "reflectance": share, "exponent": exponent}}

@@ -78,7 +78,7 @@ def _finish(colour, specular, roughness, tinted, notes):
     if not share.any():
         return base, {}
     if share.max() <= WEAK:
-        notes.append(f"specular reflection below {WEAK:g} counts as diffuse")
+        notes.append(f"specular reflection up to {WEAK:g} counts as diffuse")
         return base + share, {}
     if roughness < SHARPEST:
         return base, {"mirror": share.tolist()}
