@@ -218,12 +218,19 @@ def _gloss(said, base, through, model, notes):
     if share.max() <= WEAK:
         notes.append(f"Ks up to {WEAK:g} counts as diffuse")
         if base.pixels is None:
-            base.colour = base.colour + share
+            base.colour = base.colour + (share if sharp else _mean(share, exponent))
         return {}
     share = (share if through.any() else _in_balance(share, base, notes)).tolist()
     if sharp:
         return {"mirror": share}
     return {"specular": {"model": "blinn", "reflectance": share, "exponent": exponent}}
+
+
+def _mean(share, exponent):
+    """Return what a lobe that is too weak to be modelled reflects of diffuse light."""
+    from radiosity.light.blinn import Blinn  # most materials need none of it
+
+    return Blinn(share, exponent).mean_albedo
 
 
 def _in_balance(share, base, notes):
@@ -232,7 +239,7 @@ def _in_balance(share, base, notes):
     if most <= 1.0:
         return share
     notes.append("Kd + Ks reflect more than arrives: both are scaled down")
-    most *= 1.0 + 1e-12  # decimals are not exact
+    most *= 1.0 + (1e-12 if base.pixels is None else 1e-6)  # texels have single precision
     base.colour = base.colour / most
     return share / most
 

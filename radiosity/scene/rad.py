@@ -22,8 +22,8 @@ from radiosity.scene.rad_sky import Distant, lights_of
 from radiosity.scene.rad_text import Command, Primitive, RadError, parsed
 from radiosity.scene.rad_views import read_views
 
-MOST_FACETS = 5_000_000
-MOST_FILES = 10_000
+MOST_FACETS = 1_000_000
+MOST_FILES = 2_000
 DEEPEST = 16  # files within files
 MOST = 50  # problems listed of one file; the rest is counted
 LEFT_OUT = "instance", "mesh"
@@ -59,17 +59,18 @@ class _Reader:
         self.read_file, self.library = read_file, Library()
         self.problems, self.commands, self.notes = [], {}, []
         self.facets = self.files = self.round = self.flat = 0
-        self.open = []
+        self.open, self.parsed = [], {}
 
     def text(self, text: str, where: str) -> Parts:
         """Return what a text adds; ``where`` comes before its line numbers."""
         parts = Parts()
         try:
-            listed = parsed(text)
+            if text not in self.parsed:
+                self.parsed[text] = parsed(text)
         except RadError as error:
             self.problems.append(f"{where}{error}")
             return parts
-        for said in listed:
+        for said in self.parsed[text]:
             if len(self.problems) > MOST or self.facets > MOST_FACETS:
                 break
             if isinstance(said, Command):

@@ -1,6 +1,7 @@
 """Where Radiance's ``xform`` puts things: its options as matrices, arrays of copies included."""
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 
@@ -107,9 +108,8 @@ def _copies(parts):
         if kind == "-a" and count * len(copies) > MOST:
             raise MoveError(f"makes more than {MOST} copies")
         with np.errstate(all="ignore"):
-            exponents = range(count) if kind == "-a" else (count,)
-            powers = [np.linalg.matrix_power(matrix, k) for k in exponents]
-        steps = np.array(powers).reshape(-1, 1, 4, 4)
+            powers = list(accumulate([np.eye(4), *[matrix] * count], lambda a, b: b @ a))
+        steps = np.array(powers[:-1] if kind == "-a" else powers[-1:]).reshape(-1, 1, 4, 4)
         copies = (steps @ copies).reshape(-1, 4, 4)
     if not np.isfinite(copies).all() or np.abs(copies).max(initial=0.0) > 1e30:
         raise MoveError("moves things beyond what can be computed")
