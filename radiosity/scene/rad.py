@@ -12,7 +12,7 @@ import numpy as np
 from radiosity.mesh.curves import curved
 from radiosity.mesh.faces import Faces, has_area
 from radiosity.mesh.given import Given
-from radiosity.mesh.triangulate import NoArea
+from radiosity.mesh.triangulate import NoArea, convex_quads
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.model import SceneError
 from radiosity.scene.rad_library import Library
@@ -26,6 +26,8 @@ MOST_FACETS = 1_000_000
 MOST_FILES = 2_000
 DEEPEST = 16  # files within files
 MOST = 50  # problems listed of one file; the rest is counted
+NO_NORMALS = np.full((1, 4, 3), np.nan)
+SMALL = {3: [0, 1, 2, 2], 4: [0, 1, 2, 3]}  # corners of small polygons as those of faces
 LEFT_OUT = "instance", "mesh"
 
 
@@ -63,7 +65,7 @@ class _Reader:
 
     def text(self, text: str, where: str) -> Parts:
         """Return what a text adds; ``where`` comes before its line numbers."""
-        parts = Parts()
+        parts, quads = Parts(), []
         try:
             if text not in self.parsed:
                 self.parsed[text] = parsed(text)
@@ -76,10 +78,11 @@ class _Reader:
             if isinstance(said, Command):
                 parts.add(self._command(said, where))
             elif not self.library.defines(said):
-                self._surface(said, parts, where)
+                self._surface(said, parts, quads, where)
+        self._check(quads, parts, where)
         return parts
 
-    def _surface(self, said: Primitive, parts, where):
+    def _surface(self, said: Primitive, parts, quads, where):
         if said.kind in LEFT_OUT:
             self.library.note(f"{said.kind}: is left out", said.name)
             return
@@ -91,18 +94,38 @@ class _Reader:
             return
         if not self._room(count_of(said.kind), 1, where, said.line):
             return
+        self.round += said.kind != "polygon"
+        if said.kind == "polygon" and len(said.reals) in (9, 12):
+            corners = np.array(said.reals).reshape(-1, 3)
+            if len(corners) == 4:
+                quads.append((len(parts.pieces), said))
+            corners = corners[SMALL[len(corners)]][None]
+            parts.pieces.append(Piece(material, _group(said.name), corners, NO_NORMALS))
+            return
+        made = self._facets(said, self.library.emits(material), where)
+        if made is not None:
+            parts.pieces.append(Piece(material, _group(said.name), *made))
+
+    def _facets(self, said, emits, where):
+        """Return facets and normals of a surface, None where it has no area or is wrong."""
         try:
-            quads, normals = facets(said.kind, said.reals, self.library.emits(material))
+            return facets(said.kind, said.reals, emits)
         except NoArea:
             self.flat += 1
-            return
         except ShapeError as error:
-            text = f"line {said.line}: {said.kind} {said.name} {error}"
-            self.problems.append(where + text)
+            self.problems.append(f"{where}line {said.line}: {said.kind} {said.name} {error}")
+        return None
+
+    def _check(self, quads, parts, where):
+        """Divide quadrilaterals that are not convex; all are looked at together, as most are."""
+        if not quads:
             return
-        if said.kind != "polygon":
-            self.round += 1
-        parts.pieces.append(Piece(material, _group(said.name), quads, normals))
+        corners = np.concatenate([parts.pieces[k].quads for k, _ in quads])
+        for bad in np.flatnonzero(~convex_quads(corners)):
+            k, said = quads[bad]
+            made = self._facets(said, False, where)
+            found = made or (np.empty((0, 4, 3)), np.empty((0, 4, 3)))
+            parts.pieces[k] = replace(parts.pieces[k], quads=found[0], normals=found[1])
 
     def _source(self, said, material, parts, where):
         if len(said.reals) != 4 or not np.any(said.reals[:3]):
@@ -250,11 +273,11 @@ def read_rad(
 
 def _useless(parts, reader):
     """Yield why nothing can be made of the surfaces."""
-    if not parts.pieces:
+    if not any(len(piece.quads) for piece in parts.pieces):
         hint = f": {'; '.join(reader.all_notes())}" if reader.all_notes() else ""
         yield f"has no surfaces{hint}"
     for piece in parts.pieces:
-        farthest = np.abs(piece.quads).max()
+        farthest = np.abs(piece.quads).max(initial=0.0)
         if not farthest <= LONGEST:
             yield f"{piece.group} lies {farthest:.3g} from the origin, at most {LONGEST:g} is read"
             return

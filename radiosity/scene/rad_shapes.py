@@ -63,7 +63,7 @@ def _polygon(reals):
     if len(reals) < 9 or len(reals) % 3:
         raise ShapeError(f"needs three numbers for each of at least 3 corners, found {len(reals)}")
     polygon = np.array(reals).reshape(-1, 3)
-    if has_seams(polygon) and len(polygon) > 4:
+    if len(polygon) > 4 and has_seams(polygon):
         return _flat(seamed_parts(polygon))
     try:
         return _flat(polygon[convex_parts(polygon, flatness=np.inf)])
