@@ -23,8 +23,8 @@ def load(
     Parameters
     ----------
     path : str or Path
-        ``.toml``, or ``.obj``, ``.ply`` or ``.stl``: then in metres, z up, with default material
-        and camera where the file says nothing else, which `Scene.notes` mentions.
+        ``.toml``, or ``.obj``, ``.ply``, ``.stl`` or ``.rad``: then in metres, z up, with default
+        material and camera where the file says nothing else, which `Scene.notes` mentions.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
     bands : str or int
@@ -66,7 +66,7 @@ def load(
 def read_geometry(
     path: str | Path, folder: Path | None = None, merge: bool = True, uv: bool = False
 ) -> Geometry:
-    """Return the geometry of an OBJ, PLY or STL file.
+    """Return the geometry of an OBJ, PLY, STL or Radiance file.
 
     Parameters
     ----------
@@ -84,14 +84,12 @@ def read_geometry(
         If the file is not there, lies outside the folder, is of another format or is broken.
     """
     path = Path(path)
-    readers = {".obj": _obj, ".ply": _ply, ".stl": _stl}
+    readers = {".obj": _obj, ".ply": _ply, ".stl": _stl, ".rad": _rad}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         suffix = f'the suffix "{path.suffix}"' if path.suffix else "no suffix"
-        raise SceneError(
-            str(path),
-            [f"has {suffix}: scenes are .toml files, geometry is read from .obj, .ply and .stl"],
-        )
+        known = "scenes are .toml files, geometry is read from .obj, .ply, .stl and .rad"
+        raise SceneError(str(path), [f"has {suffix}: {known}"])
     if folder is not None:
         _check_inside(path, folder)
     geometry = reader(path, folder or path.parent, merge, uv)
@@ -185,15 +183,44 @@ def _text_of(folder, name):
     return _decoded(read_bytes(path), path)
 
 
-def _obj(path, folder, merge, uv):
-    def read_library(name):
-        library = path.parent / name
-        _check_inside(library, folder)
-        if not library.is_file():
-            return None
-        return _loosely_decoded(read_bytes(library))
+def _rad(path, folder, merge, uv):
+    from radiosity.scene.rad import read_rad  # few scenes need it
 
-    return read_obj(_loosely_decoded(read_bytes(path)), str(path), read_library, merge, uv)
+    text = _loosely_decoded(read_bytes(path))
+    return read_rad(text, str(path), partial(_text_beside, path, folder), merge)
+
+
+def _beside(path, folder, name):
+    """Return the path of a file that a geometry file names, relative to its own folder.
+
+    Where there is none in the folder that it names, one right beside the geometry file is taken.
+    """
+    named = path.parent / name
+    _check_inside(named, folder)
+    beside = path.parent / Path(name).name
+    return beside if not named.is_file() and beside.is_file() else named
+
+
+def _text_beside(path, folder, name):
+    """Return the text of a file that a geometry file names, None if there is none."""
+    beside = _beside(path, folder, name.replace("\\", "/"))
+    _check_inside(beside, folder)
+    return _loosely_decoded(read_bytes(beside)) if beside.is_file() else None
+
+
+def _obj(path, folder, merge, uv):
+    text = _loosely_decoded(read_bytes(path))
+    beside = [partial(f, path, folder) for f in (_text_beside, _picture_beside)]
+    return read_obj(text, str(path), beside[0], merge, uv, beside[1])
+
+
+def _picture_beside(path, folder, name):
+    """Return the pixels of a picture that a geometry file names, relative to its own folder."""
+    from radiosity.scene.textures import read_picture
+
+    picture = _beside(path, folder, name)
+    _check_inside(picture, folder)
+    return read_picture(picture, read_bytes)
 
 
 def _loosely_decoded(data):

@@ -1,8 +1,8 @@
 """OBJ: Wavefront geometry and its MTL material libraries.
 
 Read are ``v``, ``vn``, ``f``, ``g``, ``o``, ``usemtl`` and ``mtllib``, and ``vt`` where the scene
-has textures; in a library ``newmtl``, ``Kd`` (diffuse reflectance) and ``Ke`` (emitted radiance).
-Everything else is ignored.
+or the libraries have textures; what libraries say is in `radiosity.scene.mtl`. Lines, points and
+free-form surfaces are counted; everything else is ignored.
 """
 
 import re
@@ -13,12 +13,14 @@ import numpy as np
 
 from radiosity.mesh.outlines import split_outlines
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
-from radiosity.scene.model import ReadAs, SceneError
+from radiosity.scene.libraries import read_libraries, with_materials
+from radiosity.scene.model import SceneError
 from radiosity.scene.polygons import faces_of, flat_notes
 
 WHOLE = re.compile(r"[+-]?\d{1,18}")
 WITH_NORMALS = re.compile(r"(?:[+-]?\d{1,18}/(?:[+-]?\d{1,18})?/[+-]?\d{1,18} )+", re.ASCII)
 WITHOUT = re.compile(r"(?:[+-]?\d{1,18}/[+-]?\d{1,18} )+", re.ASCII)
+NOT_READ = "l", "p", "curv", "curv2", "surf"  # what is drawn but no face
 MOST = 50  # problems listed of one file; the rest is counted
 
 
@@ -42,11 +44,12 @@ class _Statements:
     group_names: dict = field(default_factory=dict)
     libraries: list = field(default_factory=list)
     problems: list = field(default_factory=list)
+    skipped: dict = field(default_factory=dict)
 
 
 def read_obj(
     text: str, source: str, read_library: Callable[[str], str | None], merge: bool = True,
-    uv: bool = False,
+    uv: bool = False, read_picture: Callable[[str], np.ndarray] | None = None,
 ) -> Geometry:  # fmt: skip
     """Return the geometry of an OBJ file.
 
@@ -61,7 +64,9 @@ def read_obj(
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
     uv : bool
-        Read texture coordinates.
+        Read texture coordinates; they are read anyway where a library names textures.
+    read_picture : callable, optional
+        Returns the pixels of a picture given its place beside the OBJ file; raises SceneError.
 
     Raises
     ------
@@ -70,10 +75,14 @@ def read_obj(
         exist, no faces at all; and what is wrong in the libraries.
     """
     said = _statements(text, uv)
+    libraries = read_libraries(said.libraries, read_library)
+    if not uv and libraries.textured(said.material_names):
+        again = _statements(text, True)
+        said.uv, said.uv_line, said.before = again.uv, again.uv_line, again.before
     points = _points(said)
     corners = _corners(said, len(points))
     details = [_detail(said, *kind) for kind in DETAILS]
-    materials, notes = _libraries(said, read_library)
+    said.problems += libraries.problems
     if not said.problems and not said.face_size:
         said.problems.append("has no faces: an OBJ file lists them as lines such as f 1 2 3")
     if said.problems:
@@ -87,7 +96,15 @@ def read_obj(
         np.array(said.group, int), merge, *details,
     )  # fmt: skip
     names = tuple(said.material_names), tuple(said.group_names)
-    return Geometry(faces, *names, materials, tuple(notes + flat_notes(found)), given)
+    more = [f"{n} lines {word} are not read" for word, n in said.skipped.items()]
+    notes = *libraries.notes, *flat_notes(found), *more
+    geometry = Geometry(faces, *names, notes=notes, given=given)
+    return with_materials(geometry, libraries, read_picture or _no_picture, source)
+
+
+def _no_picture(name):
+    """Refuse a picture."""
+    raise SceneError(name, ["is not read here"])
 
 
 def _statements(text, uv):
@@ -122,6 +139,8 @@ def _statements(text, uv):
             group = _rest(line) or DEFAULT
         elif word == "mtllib":
             said.libraries.append((number, _rest(line)))
+        elif word in NOT_READ:
+            said.skipped[word] = said.skipped.get(word, 0) + 1
     return said
 
 
@@ -255,82 +274,6 @@ def _named(corners, slot, wrong):
     return np.array([int(w) if WHOLE.fullmatch(w) else wrong for w in words], np.int64)
 
 
-def _libraries(said, read_library):
-    """Return the materials of all MTL files and notes; what is wrong becomes a problem."""
-    materials, notes = {}, []
-    for number, rest in said.libraries:
-        text = _library_text(number, rest, read_library, said.problems)
-        if text is None:
-            notes.append(
-                f"line {number}: the material library {rest} is not there: its materials come "
-                "from the scene file or reflect 0.5"
-            )
-            continue
-        for name, file_text in text.items():
-            found, problems = read_mtl(file_text)
-            materials = found | materials
-            said.problems += [f"line {number}: {name}: {p}" for p in problems]
-            if found:
-                notes.append(
-                    f"{name}: Kd is read as diffuse reflectance, Ke as emitted radiance "
-                    "in W/(m2 sr), everything else is ignored"
-                )
-    return materials, notes
-
-
-def _library_text(number, rest, read_library, problems):
-    """Return {name: text} of the files a ``mtllib`` line names, None if one is missing."""
-    for names in ([rest], rest.split()):
-        try:
-            texts = {name: read_library(name) for name in names}
-        except SceneError as error:
-            problems += [f"line {number}: mtllib {rest}: {p}" for p in error.problems]
-            return {}
-        if texts and None not in texts.values():
-            return texts
-    return None
-
-
-def read_mtl(text: str) -> tuple[dict[str, ReadAs], list[str]]:
-    """Return the materials of an MTL file by name, and its problems."""
-    values, problems, name = {}, [], None
-    for number, line in enumerate(text.split("\n"), 1):
-        words = line.partition("#")[0].split()
-        if not words:
-            continue
-        if words[0] == "newmtl":
-            name = _rest(line)
-            values[name] = {"Kd": np.full(3, 0.5), "Ke": np.zeros(3)}
-        elif words[0] in ("Kd", "Ke"):
-            rgb = _numbers(words[1:] * (3 if len(words) == 2 else 1), 3)
-            problem = _mtl_problem(words, rgb, name)
-            if problem:
-                problems.append(f"line {number}: {problem}")
-            else:
-                values[name][words[0]] = np.array(rgb)
-    return {name: _read_as(value) for name, value in values.items()}, problems
-
-
-def _read_as(value):
-    """Return the table of a material whose statements are given."""
-    table = {"diffuse": value["Kd"].tolist()}
-    if value["Ke"].any():
-        table["emission"] = {"radiance": value["Ke"].tolist()}
-    said = (f"{key} {' '.join(f'{x:g}' for x in rgb)}" for key, rgb in value.items())
-    return ReadAs(", ".join(said), table)
-
-
-def _mtl_problem(words, rgb, name):
-    said = " ".join(words)
-    if name is None:
-        return f"{said} comes before the first newmtl: name the material it belongs to"
-    if rgb is None:
-        return f"{said} must be one or three finite numbers (spectral and xyz forms are not read)"
-    if min(rgb) < 0:
-        return f"{said} must not be negative"
-    if words[0] == "Kd" and max(rgb) > 1:
-        return f"{said} must lie in [0, 1]: a surface cannot reflect more than it receives"
-    return None
 
 
 def _shortened(problems):
