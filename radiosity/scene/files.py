@@ -29,7 +29,8 @@ def load(
     ----------
     path : str or Path
         ``.toml``, or ``.obj``, ``.ply`` or ``.stl``: then in metres, z up, with default material
-        and camera where the file says nothing else, which `Scene.notes` mentions.
+        and camera where the file says nothing else, which `Scene.notes` mentions; or ``.glb`` or
+        ``.gltf``, in metres, y up.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
     bands : str or int
@@ -71,7 +72,7 @@ def load(
 def read_geometry(
     path: str | Path, folder: Path | None = None, merge: bool = True, uv: bool = False
 ) -> Geometry:
-    """Return the geometry of an OBJ, PLY or STL file.
+    """Return the geometry of an OBJ, PLY, STL or glTF file.
 
     Parameters
     ----------
@@ -81,7 +82,7 @@ def read_geometry(
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
     uv : bool
-        Read texture coordinates; only OBJ files have them here.
+        Read texture coordinates; only OBJ and glTF files have them here.
 
     Raises
     ------
@@ -89,13 +90,18 @@ def read_geometry(
         If the file is not there, lies outside the folder, is of another format or is broken.
     """
     path = Path(path)
-    readers = {".obj": _obj, ".ply": _trimesh, ".stl": _trimesh}
+    readers = {
+        ".obj": _obj, ".ply": _trimesh, ".stl": _trimesh, ".glb": _gltf, ".gltf": _gltf,
+    }  # fmt: skip
     reader = readers.get(path.suffix.lower())
     if reader is None:
         suffix = f'the suffix "{path.suffix}"' if path.suffix else "no suffix"
         raise SceneError(
             str(path),
-            [f"has {suffix}: scenes are .toml files, geometry is read from .obj, .ply and .stl"],
+            [
+                f"has {suffix}: scenes are .toml files, geometry is read from .obj, .ply, .stl, "
+                ".glb and .gltf"
+            ],
         )
     if folder is not None:
         _check_inside(path, folder)
@@ -205,6 +211,18 @@ def _loosely_decoded(data):
     """Return text of any encoding that has ASCII digits; comments may hold anything."""
     text = data.decode("utf-8-sig", errors="replace")
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _gltf(path, folder, merge, uv):
+    from radiosity.scene.gltf import read_gltf
+
+    def read_file(name):
+        beside = path.parent / name
+        _check_inside(beside, folder)
+        return read_bytes(beside)
+
+    called = path.name if path.parent == folder else str(path.relative_to(folder))
+    return read_gltf(read_bytes(path), str(path), read_file, merge, uv, called)
 
 
 def _trimesh(path, folder, merge, uv):
