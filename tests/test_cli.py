@@ -51,6 +51,7 @@ def test_help_names_every_verb():
     assert process.returncode == 0
     for verb in (
         "view", "solve", "render", "probe", "plan", "tradeoff", "formfactors", "info", "verify",
+        "materials",
     ):  # fmt: skip
         assert verb in process.stdout
 

@@ -27,7 +27,7 @@ def at_least(least: int):
 
 
 SceneFile = Annotated[
-    str, typer.Argument(metavar="SCENE", help="Scene file: .toml, .obj, .ply or .stl.")
+    str, typer.Argument(metavar="SCENE", help="Scene file: .toml, .glb, .gltf, .obj, .ply or .stl.")
 ]
 Accuracy = Annotated[
     float,

@@ -25,10 +25,9 @@ from radiosity.scene.gltf_nodes import (
     placed_nodes,
     places_of,
 )
-from radiosity.scene.gltf_shapes import DRACO, Shapes, check_count
+from radiosity.scene.gltf_shapes import DRACO, MOST_TRIANGLES, Shapes, check_count
 from radiosity.scene.model import SceneError
 
-MOST_TRIANGLES = 1 << 22
 KNOWN = READ | {LIGHTS, INSTANCES, VISIBLE, TRANSFORM, "KHR_mesh_quantization"}
 HARMLESS = {  # read without: what they add is noted where it is met
     "KHR_materials_clearcoat", "KHR_materials_sheen", "KHR_materials_iridescence",
@@ -66,8 +65,12 @@ def read_gltf(
     """
     document = Document(data, source)
     _check_required(document)
-    buffers = Buffers(document, read_file)
-    images = Images(document, buffers, called or source)
+    with np.errstate(all="ignore"):  # of numbers that are no numbers; the checks find them
+        return _read(document, Buffers(document, read_file), merge, uv, called or source)
+
+
+def _read(document, buffers, merge, uv, called):
+    images = Images(document, buffers, called)
     materials, shapes = Materials(document, images), Shapes(document, buffers)
     nodes, hidden = placed_nodes(document)
     parts = _Parts(document, buffers, shapes, materials, uv)

@@ -1,6 +1,7 @@
 """The textures of a glTF file: pictures that are laid over faces, or their mean colours."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,7 +14,6 @@ TRANSFORM = "KHR_texture_transform"
 MOST_PIXELS = 1 << 27  # of all pictures of a file
 CLAMPED, MIRRORED, REPEATED = 33071, 33648, 10497
 SIGNATURES = {b"\x89PNG\r\n\x1a\n": "PNG", b"\xff\xd8\xff": "JPEG"}
-ROWS = 256  # of a picture that are turned to linear light at once
 
 
 @dataclass(frozen=True)
@@ -34,19 +34,33 @@ class Picture:
     pixels: np.ndarray
     alpha: np.ndarray | None
 
-    def mean(self, encoded: bool = True) -> np.ndarray:
-        """Return the mean (3,) over the picture, in linear light if it is encoded as sRGB."""
-        most, total = np.iinfo(self.pixels.dtype).max, 0.0
-        for start in range(0, len(self.pixels), ROWS):
-            rows = self.pixels[start : start + ROWS] / most
-            total = total + (srgb_to_linear(rows) if encoded else rows).sum(axis=(0, 1))
-        return np.broadcast_to(total / (self.pixels.shape[0] * self.pixels.shape[1]), 3)
+    @cached_property
+    def counts(self) -> np.ndarray:
+        """Return how many pixels have each coded value, (3, values)."""
+        most = np.iinfo(self.pixels.dtype).max
+        bands = np.moveaxis(self.pixels, 2, 0).reshape(self.pixels.shape[2], -1)
+        found = np.array([np.bincount(band, minlength=most + 1) for band in bands])
+        return np.broadcast_to(found, (3, most + 1))
+
+    @cached_property
+    def mean(self) -> np.ndarray:
+        """Return the mean (3,) over the picture in linear light, where it is encoded as sRGB."""
+        return self._mean(srgb_to_linear)
+
+    @cached_property
+    def linear_mean(self) -> np.ndarray:
+        """Return the mean (3,) over the picture of values that are linear."""
+        return self._mean(np.asarray)
 
     @property
     def highest(self) -> np.ndarray:
         """Return the greatest value (3,) of each band, in linear light."""
-        most = np.iinfo(self.pixels.dtype).max
-        return np.broadcast_to(srgb_to_linear(self.pixels.max(axis=(0, 1)) / most), 3)
+        levels = np.arange(self.counts.shape[1])
+        return srgb_to_linear(np.where(self.counts > 0, levels, 0).max(axis=1) / levels[-1])
+
+    def _mean(self, linear):
+        levels = np.arange(self.counts.shape[1])
+        return self.counts @ linear(levels / levels[-1]) / self.counts[0].sum()
 
     @property
     def opacity(self) -> float:

@@ -31,7 +31,10 @@ class Entry:
     def fail(self, key: str, text: str):
         """Raise SceneError with the place and the value of a key."""
         if key in self.value:
-            raise SceneError(self.source, [at((*self.path, key), self.value[key], text)])
+            value = self.value[key]
+            if isinstance(value, dict) or (isinstance(value, list) and not _flat(value)):
+                value = {} if isinstance(value, dict) else []
+            raise SceneError(self.source, [at((*self.path, key), value, text)])
         raise SceneError(self.source, [f"{dotted((*self.path, key))} is missing: it {text}"])
 
     def child(self, key: str) -> "Entry":
@@ -231,6 +234,11 @@ def _finite(value):
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
     return abs(value) < 1e300
+
+
+def _flat(listed):
+    """Whether there are no lists in a list: those may be nested too deeply to be shown."""
+    return not any(isinstance(value, (list, dict)) for value in listed)
 
 
 def _within(low, high):

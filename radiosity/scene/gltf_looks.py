@@ -68,7 +68,7 @@ class Look:
     @property
     def colour(self) -> np.ndarray:
         """Return the mean base colour (3,)."""
-        return self.base if self.picture is None else self.base * self.picture.mean()
+        return self.base if self.picture is None else self.base * self.picture.mean
 
     @property
     def metal(self) -> np.ndarray:
@@ -112,7 +112,7 @@ def _metallic(entry, images, note) -> Look:
     )
     picture = images.picture(table, "metallicRoughnessTexture")
     if picture is not None:
-        _, rough, metal = picture.mean(encoded=False)
+        _, rough, metal = picture.linear_mean
         metallic, roughness = metallic * float(metal), roughness * float(rough)
         note("metallicRoughnessTexture: its means are taken")
     if entry.extended("KHR_materials_unlit"):
@@ -152,7 +152,7 @@ def _glossy(entry, images, note) -> Look:
     gloss = table.number("glossinessFactor", 1.0, 0.0, 1.0)
     picture = images.picture(table, "specularGlossinessTexture")
     if picture is not None:
-        shine, gloss = shine * picture.mean(), gloss * picture.opacity
+        shine, gloss = shine * picture.mean, gloss * picture.opacity
         note("specularGlossinessTexture: its means are taken")
     said = f"glTF: diffuse {words(factor[:3])}, specular {words(shine)}, glossiness {gloss:.3g}"
     metal = shine if shine.max() > 0.2 else None
@@ -180,7 +180,7 @@ def _through(entry, images, look, note) -> Look:
     share = clear.number("transmissionFactor", 0.0, 0.0, 1.0)
     picture = images.picture(clear, "transmissionTexture")
     if picture is not None:
-        share *= float(picture.mean(encoded=False)[0])
+        share *= float(picture.linear_mean[0])
         note("transmissionTexture: its mean is taken")
     even = entry.extension("KHR_materials_diffuse_transmission")
     passed = even.number("diffuseTransmissionFactor", 0.0, 0.0, 1.0)
@@ -214,7 +214,7 @@ def _emission(entry, images) -> np.ndarray:
     factor = np.array(entry.numbers("emissiveFactor", (0.0,) * 3, 0.0, 1e6))
     factor = factor * strength.number("emissiveStrength", 1.0, 0.0, BRIGHTEST)
     picture = images.picture(entry, "emissiveTexture") if factor.any() else None
-    return factor * (1.0 if picture is None else picture.mean()) / EFFICACY
+    return factor * (1.0 if picture is None else picture.mean) / EFFICACY
 
 
 def _with_opacity(entry, look, note) -> Look:

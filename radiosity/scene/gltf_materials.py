@@ -100,7 +100,8 @@ def _called(entry):
 
 def table_of(look: Look, repeat: bool = True) -> dict:
     """Return the table ``[materials.NAME]`` of a look."""
-    if look.absorption is not None:
+    clear = look.transmission * (1.0 - look.metallic) * look.colour.max()
+    if look.absorption is not None and clear > FAINT:
         table, diffuse = _body(look)
     elif look.transmission > 0.0 or look.opacity < 1.0:
         table, diffuse = _sheet(look)

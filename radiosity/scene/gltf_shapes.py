@@ -10,10 +10,12 @@ from radiosity.scene.gltf_buffers import Buffers
 from radiosity.scene.gltf_json import Document, Entry
 from radiosity.scene.gltf_nodes import Node
 from radiosity.scene.model import SceneError
+from radiosity.scene.schema import dotted
 
 DRACO = "KHR_draco_mesh_compression"
 POINTS_AND_LINES = range(4)
 TRIANGLES, STRIP, FAN = 4, 5, 6
+MOST_TRIANGLES = 1 << 22
 MOST_VERTICES = 1 << 25  # of all meshes, each counted as often as a skin or a morph moves it
 MOST_COORDINATE = 1e9  # beyond, texture coordinates have no digits left
 
@@ -110,7 +112,7 @@ class Shapes:
     def _check_packed(self, primitive, attributes):
         if primitive.extended(DRACO) and not self.buffers.has_data(attributes, "POSITION"):
             text = "is compressed (Draco): write it without, npx @gltf-transform/cli copy IN OUT"
-            primitive.fail("extensions", text)
+            raise SceneError(self.document.source, [f"{dotted(primitive.path)} {text}"])
 
     def _check_points(self, attributes, points):
         bad = np.flatnonzero(~(np.abs(points) <= LONGEST).all(axis=1))
@@ -135,6 +137,8 @@ class Shapes:
             index = np.arange(count)
         elif index.dtype.kind != "u":
             primitive.fail("indices", "names an accessor of numbers that are not whole, from 0")
+        many = len(index) // 3 if mode == TRIANGLES else len(index) - 2
+        check_count(many, MOST_TRIANGLES, "triangles", self.document.source)
         index = index.reshape(-1).astype(np.int64)
         if index.max() >= count:
             text = f"names vertex {index.max()}, there are {count}, counted from 0"
