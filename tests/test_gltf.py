@@ -12,6 +12,7 @@ import radiosity
 from radiosity.light.photometry import luminance
 from radiosity.scene.files import load, read_geometry
 from radiosity.scene.gltf import read_gltf
+from radiosity.scene.gltf_json import Names
 from radiosity.scene.model import SceneError
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
@@ -336,6 +337,13 @@ def test_extensions_are_refused_noted_or_read():
     assert "compressed (Draco): write it without, npx @gltf-transform/cli" in problem(packed)
     squeezed = changed("bufferViews", extensions={"EXT_meshopt_compression": {}})
     assert "compressed (meshopt)" in problem(squeezed)
+
+
+def test_thousands_of_equal_names_are_numbered_at_once():
+    names = Names()
+    found = [names.free("bolt") for _ in range(50_000)]  # counted up from 1 it takes minutes
+    assert found[0] == "bolt" and found[-1] == "bolt-50000" and len(set(found)) == 50_000
+    assert names.free("bolt-2") == "bolt-2-2"
 
 
 def test_names_are_fit_to_print():

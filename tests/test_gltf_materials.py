@@ -251,6 +251,18 @@ def test_texture_transforms_move_coordinates():
     near(at[2, 1, 0], [0, 0.5])  # (1, 0) becomes (0, 0.5): turned counter-clockwise
 
 
+def test_a_scene_files_own_texture_lies_on_the_faces_of_a_gltf_file(tmp_path):
+    made = square(pbr(*RED, name="wall"), TEXCOORD_0=UV)
+    (tmp_path / "a.glb").write_bytes(made.glb())
+    Image.fromarray(PIXELS.astype(np.uint8)).save(tmp_path / "p.png")
+    text = '[[geometry]]\nfile = "a.glb"\n[materials.wall]\ndiffuse = { texture = "p.png" }\n'
+    (tmp_path / "a.toml").write_text(text)
+    scene = load(tmp_path / "a.toml")
+    near(scene.faces.uv[0], [[0, 0], [1, 0], [1, 1], [0, 1]])
+    near(colour_at(scene, [0.25, 0.75]), [1, 0, 0], 1e-6)
+    assert load(tmp_path / "a.glb").faces.uv is None
+
+
 def test_samplers_repeat_or_clamp():
     clamped = scene_of(textured(pbr(1, 1, 1), PIXELS, wrapS=33071, wrapT=33071))
     assert not clamped.materials[0].texture.repeat

@@ -13,7 +13,7 @@ from radiosity.mesh.given import Given
 from radiosity.scene.geometry import DEFAULT, Geometry
 from radiosity.scene.gltf_buffers import Buffers
 from radiosity.scene.gltf_images import TRANSFORM, Images
-from radiosity.scene.gltf_json import Document
+from radiosity.scene.gltf_json import Document, Names
 from radiosity.scene.gltf_looks import READ
 from radiosity.scene.gltf_materials import Materials
 from radiosity.scene.gltf_nodes import (
@@ -92,7 +92,7 @@ class _Parts:
     def __init__(self, document, buffers, shapes, materials, uv):
         self.document, self.buffers, self.uv = document, buffers, uv
         self.shapes, self.materials = shapes, materials
-        self.names, self.groups, self._counts = {}, {}, {}
+        self.names, self.groups, self._free = {}, {}, Names()
         self.points, self.normals, self.coordinates = [], [], []
         self.material, self.group, self.total = [], [], 0
 
@@ -141,12 +141,7 @@ class _Parts:
 
     def _group(self, name):
         """Return the index of a new group, numbered where its name is taken."""
-        free = name
-        while free in self.groups:
-            self._counts[name] = self._counts.get(name, 1) + 1
-            free = f"{name}-{self._counts[name]}"
-        self.groups[free] = len(self.groups)
-        return self.groups[free]
+        return self.groups.setdefault(self._free.free(name), len(self.groups))
 
     def _material(self, primitive, shape):
         """Return the name of a primitive's material, and the texture that it needs uv of."""

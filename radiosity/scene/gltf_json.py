@@ -120,6 +120,22 @@ class Entry:
         return value
 
 
+class Names:
+    """Names that are taken, of which thousands may be alike."""
+
+    def __init__(self):
+        self._taken, self._counts = set(), {}
+
+    def free(self, name: str) -> str:
+        """Return a name that is not taken, itself or with a number, and take it."""
+        found = name
+        while found in self._taken:
+            self._counts[name] = self._counts.get(name, 1) + 1
+            found = f"{name}-{self._counts[name]}"
+        self._taken.add(found)
+        return found
+
+
 class Document:
     """The JSON of a glTF file and the binary chunk that a GLB file has beside it.
 

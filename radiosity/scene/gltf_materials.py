@@ -7,9 +7,8 @@ return more light than arrives: what goes through, is mirrored and is scattered 
 import numpy as np
 
 from radiosity.light.fresnel import index_of_reflectance, mean_reflectance
-from radiosity.scene.geometry import free_name
 from radiosity.scene.gltf_images import Images
-from radiosity.scene.gltf_json import Document, Entry
+from radiosity.scene.gltf_json import Document, Entry, Names
 from radiosity.scene.gltf_looks import Look, look_of, words
 from radiosity.scene.model import ReadAs
 
@@ -39,7 +38,7 @@ class Materials:
     def __init__(self, document: Document, images: Images):
         self.document, self.images = document, images
         self.tables, self.pictures, self.notes = {}, {}, {}
-        self._names, self._looks = {}, {}
+        self._names, self._looks, self._free = {}, {}, Names()
 
     def named(self, entry: Entry, colour: np.ndarray | None, sets) -> tuple[str, Entry | None]:
         """Return the name of a material, and the texture that its faces need coordinates of.
@@ -73,7 +72,7 @@ class Materials:
         self.notes.setdefault(text, {})[_called(entry)] = None
 
     def _made(self, entry, look, tint, covered) -> str:
-        name, origin = free_name(_called(entry), self.tables), look.origin
+        name, origin = self._free.free(_called(entry)), look.origin
         if tint is not None:
             look = look.times(np.array(tint))
             origin += f", times the vertices' mean colour {words(tint)}"

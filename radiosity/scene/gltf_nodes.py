@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from radiosity.light.photometry import EFFICACY
-from radiosity.scene.geometry import LONGEST, free_name
+from radiosity.scene.geometry import LONGEST
 from radiosity.scene.gltf_buffers import Buffers
-from radiosity.scene.gltf_json import Document, Entry
+from radiosity.scene.gltf_json import Document, Entry, Names
 from radiosity.scene.lights import NARROWEST
 from radiosity.scene.schema import BRIGHTEST, LARGEST_PICTURE
 
@@ -137,7 +137,7 @@ def places_of(node: Node, buffers: Buffers) -> np.ndarray:
 
 def cameras_of(nodes: list[Node], document: Document) -> dict[str, dict]:
     """Return the tables ``[cameras.NAME]`` of the cameras that nodes have."""
-    found = {}
+    found, names = {}, Names()
     for node in nodes:
         camera = document.referred(node.entry, "camera", "cameras")
         back, up = node.axis(2), node.axis(1)
@@ -145,7 +145,7 @@ def cameras_of(nodes: list[Node], document: Document) -> dict[str, dict]:
             continue
         if np.linalg.norm(np.cross(back, up)) < 1e-3:  # sheared flat
             continue
-        name = free_name(node.entry.name(camera.name(f"camera-{camera.path[-1] + 1}")), found)
+        name = names.free(node.entry.name(camera.name(f"camera-{camera.path[-1] + 1}")))
         position = node.matrix[:3, 3]
         table = {
             "position": position.tolist(),

@@ -49,11 +49,12 @@ class Shape:
         """
         linear, normals = matrix[:3, :3], self.normals
         points = self.points @ linear.T + matrix[:3, 3]
-        x, y, z = linear.T
-        across = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
+        turned = np.linalg.det(linear) < 0
         if normals is not None:
-            normals = unit(unit(normals) @ across.T)
-        if x @ across[:, 0] >= 0:
+            x, y, z = linear.T
+            across = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)])
+            normals = unit(unit(normals) @ across)
+        if not turned:
             return points, normals, uv
         return tuple(None if v is None else v[:, [0, 2, 1]] for v in (points, normals, uv))
 
