@@ -2,10 +2,12 @@
 
 import json
 import struct
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from gltf_for_tests import SQUARE, TWO, Gltf, square
 
 import radiosity
@@ -315,7 +317,11 @@ def test_more_triangles_than_are_read_are_refused_before_they_are_made():
     many = made.primitive(SQUARE, mode=5)
     many["indices"] = made.add("accessors", componentType=5125, count=1 << 23, type="SCALAR")
     made.node(mesh=made.mesh(many))
+    tracemalloc.start()
     assert "8388606 triangles or more" in problem(made)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 200e6  # bytes; their corners alone would take 600 million
     many["indices"] = made.add("accessors", componentType=5125, count=258, type="SCALAR")
     far = made.add("accessors", componentType=5126, count=1 << 15, type="VEC3")
     made.node(mesh=0, extensions={
@@ -349,6 +355,23 @@ def test_thousands_of_equal_names_are_numbered_at_once():
 def test_names_are_fit_to_print():
     assert read(square(name="a\nb\ud800\x1b[1m")).group_names == ("a b? [1m",)
     assert read(square(name="")).group_names == ("node-1",)
+
+
+def test_a_model_of_others_is_read_as_trimesh_reads_it():
+    path = Path(__file__).resolve().parent / "data" / "alien.glb"  # see SOURCES.md there
+    found = load(path)
+    other = trimesh.load(path, process=False)
+    areas = {}
+    for mesh in other.dump():
+        name = mesh.visual.material.name
+        areas[name] = areas.get(name, 0.0) + mesh.area
+    mine = found.faces.areas()
+    for k, material in enumerate(found.materials):
+        here = found.faces.material == k
+        assert mine[here].sum() == pytest.approx(areas.pop(material.name), rel=1e-6)
+    assert not areas
+    corners = found.faces.vertices.reshape(-1, 3)
+    np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)], other.bounds, rtol=1e-6)
 
 
 def cornell(path):
