@@ -51,6 +51,7 @@ def test_help_names_every_verb():
     assert process.returncode == 0
     for verb in (
         "view", "solve", "render", "probe", "plan", "tradeoff", "formfactors", "info", "verify",
+        "materials",
     ):  # fmt: skip
         assert verb in process.stdout
 
@@ -67,6 +68,18 @@ def test_info_describes_the_scene():
     assert "faces 20 (quadrilaterals 18, triangles 2)" in out
     assert "0.725 0.71 0.68" in out and "17 12 4" in out
     assert "front" in out and "mm" in out
+
+
+def test_materials_shows_what_they_were_read_as():
+    out = radiosity("materials", CORNELL).stdout
+    assert "# as this scene file has it\n[materials.red]\ndiffuse = [0.63, 0.065, 0.05]" in out
+    alien = str(SCENES.parent / "tests" / "data" / "alien.glb")
+    found = json.loads(radiosity("materials", alien, "--json").stdout)
+    info = radiosity("info", alien).stdout
+    for name, said in found.items():
+        assert f"read as: {name}: {said['origin']}" in info
+        assert said["origin"].startswith("glTF: base colour") and said["table"]["diffuse"]
+    refused(radiosity("materials", "nothing.glb"), "does not exist")
 
 
 def test_solve_prints_the_balance_and_meets_the_truth(tmp_path):

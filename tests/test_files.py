@@ -112,7 +112,7 @@ def test_default_camera_stands_outside_and_sees_every_vertex(tmp_path):
         (
             "a.off",
             b"OFF",
-            'has the suffix ".off": scenes are .toml files, geometry is read from .obj',
+            'has the suffix ".off": scenes are .toml files, geometry is read from .obj, ',
         ),
         ("a", b"OFF", "has no suffix: scenes are .toml"),
         ("a.toml", b"\x89PNG", "line 1 is not UTF-8"),

@@ -41,7 +41,10 @@ class Found:
 def formfactors(
     source: Annotated[
         str,
-        typer.Argument(metavar="MESH", help="Mesh (.obj, .ply, .stl, .rad) or scene file (.toml)."),
+        typer.Argument(
+            metavar="MESH",
+            help="Mesh file (.obj, .ply, .stl, .glb, .gltf, .rad), or scene file (.toml).",
+        ),
     ],
     output: Annotated[
         str | None,

@@ -105,6 +105,9 @@ def _findings(scene) -> list[str]:
     if scene.faces.is_curved.any():
         curved = int(scene.faces.is_curved.sum())
         found.append(f"normals: {curved} faces stand for a curved surface")
+    found += [f"read as: {name}: {said.origin}" for name, said in scene.read_as.items()]
+    if scene.read_as:
+        found.append("radiosity materials shows what these became, as tables of a scene file")
     return ["", *found, *(f"note: {note}" for note in scene.notes)]
 
 

@@ -8,6 +8,7 @@ import typer
 
 from radiosity.cli.formfactors import formfactors
 from radiosity.cli.info import info
+from radiosity.cli.materials import materials
 from radiosity.cli.plan import plan
 from radiosity.cli.probe import probe
 from radiosity.cli.render import render
@@ -25,7 +26,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (view, solve, render, probe, plan, tradeoff, formfactors, verify, info):
+for verb in (view, solve, render, probe, plan, tradeoff, formfactors, verify, info, materials):
     app.command()(verb)
 
 

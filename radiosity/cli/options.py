@@ -27,7 +27,10 @@ def at_least(least: int):
 
 
 SceneFile = Annotated[
-    str, typer.Argument(metavar="SCENE", help="Scene file: .toml, .obj, .ply, .stl or .rad.")
+    str,
+    typer.Argument(
+        metavar="SCENE", help="Scene file: .toml, .glb, .gltf, .obj, .ply, .stl or .rad."
+    ),
 ]
 Accuracy = Annotated[
     float,

@@ -24,7 +24,8 @@ def load(
     ----------
     path : str or Path
         ``.toml``, or ``.obj``, ``.ply``, ``.stl`` or ``.rad``: then in metres, z up, with default
-        material and camera where the file says nothing else, which `Scene.notes` mentions.
+        material and camera where the file says nothing else, which `Scene.notes` mentions; or
+        ``.glb`` or ``.gltf``, in metres, y up.
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
     bands : str or int
@@ -66,7 +67,7 @@ def load(
 def read_geometry(
     path: str | Path, folder: Path | None = None, merge: bool = True, uv: bool = False
 ) -> Geometry:
-    """Return the geometry of an OBJ, PLY, STL or Radiance file.
+    """Return the geometry of an OBJ, PLY, STL, Radiance or glTF file.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ def read_geometry(
     merge : bool
         Join pairs of coplanar triangles, see `Faces.from_polygons`.
     uv : bool
-        Read texture coordinates, of OBJ and PLY files.
+        Read texture coordinates, of OBJ, PLY and glTF files.
 
     Raises
     ------
@@ -84,11 +85,13 @@ def read_geometry(
         If the file is not there, lies outside the folder, is of another format or is broken.
     """
     path = Path(path)
-    readers = {".obj": _obj, ".ply": _ply, ".stl": _stl, ".rad": _rad}
+    readers = {
+        ".obj": _obj, ".ply": _ply, ".stl": _stl, ".rad": _rad, ".glb": _gltf, ".gltf": _gltf,
+    }  # fmt: skip
     reader = readers.get(path.suffix.lower())
     if reader is None:
         suffix = f'the suffix "{path.suffix}"' if path.suffix else "no suffix"
-        known = "scenes are .toml files, geometry is read from .obj, .ply, .stl and .rad"
+        known = f"scenes are .toml files, geometry is read from {', '.join(readers)}"
         raise SceneError(str(path), [f"has {suffix}: {known}"])
     if folder is not None:
         _check_inside(path, folder)
@@ -227,6 +230,18 @@ def _loosely_decoded(data):
     """Return text of any encoding that has ASCII digits; comments may hold anything."""
     text = data.decode("utf-8-sig", errors="replace")
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _gltf(path, folder, merge, uv):
+    from radiosity.scene.gltf import read_gltf
+
+    def read_file(name):
+        beside = path.parent / name
+        _check_inside(beside, folder)
+        return read_bytes(beside)
+
+    called = path.name if path.parent == folder else str(path.relative_to(folder))
+    return read_gltf(read_bytes(path), str(path), read_file, merge, uv, called)
 
 
 def _ply(path, folder, merge, uv):

@@ -57,11 +57,25 @@ def read_picture(path: Path, read_bytes: Callable[[Path], bytes]) -> np.ndarray:
     SceneError
         Another format, too many pixels, a picture that is broken, or see-through.
     """
-    reader = {".exr": _exr, ".npy": _npy}.get(path.suffix.lower(), _coded)
     if path.suffix.lower() not in SUFFIXES:
         text = f'has the suffix "{path.suffix}": textures are read from {", ".join(SUFFIXES)}'
         raise SceneError(str(path), [text])
-    data = read_bytes(path)
+    return _opaque(path, _pixels(path, read_bytes(path)))
+
+
+def decoded(data: bytes, name: str) -> np.ndarray:
+    """Return the pixels (h, w, 1 to 4) of the bytes of a PNG or JPEG file, whole numbers as coded.
+
+    Its size is checked before it is decoded. Raises SceneError as `read_picture`; ``name`` ends in
+    .png or .jpeg.
+    """
+    pixels = _pixels(Path(name), data)
+    return pixels if pixels.dtype.kind == "u" else pixels.astype(np.uint16)  # older Pillow's int32
+
+
+def _pixels(path, data):
+    """Return the pixels (h, w, bands) of a file's bytes."""
+    reader = {".exr": _exr, ".npy": _npy}.get(path.suffix.lower(), _coded)
     try:
         pixels = reader(path, data)
     except SceneError:
@@ -71,7 +85,7 @@ def read_picture(path: Path, read_bytes: Callable[[Path], bytes]) -> np.ndarray:
         said = re.sub(r"<[^<>]* object at 0x[0-9a-f]+>", "it", str(cause))
         problem = f"is not a picture that can be read: {type(cause).__name__}: {said}"
         raise SceneError(str(path), [problem]) from error
-    return _opaque(path, pixels[..., None] if pixels.ndim == 2 else pixels)
+    return pixels[..., None] if pixels.ndim == 2 else pixels
 
 
 def _check_size(path, shape):
