@@ -14,7 +14,7 @@ from radiosity.light.sources import TAIL, UNIT, WIDEST, Point
 
 ROUNDING = 1e-9  # radians, by which a direction may miss the first or last angle
 FLOOR = 0.05  # of the peak, that intensities have to change by to make an edge
-HALF = 0.5  # of the peak, above which directions belong to the lobe
+HALF, DIM = 0.5, 0.02  # of the peak, above which directions belong to the lobe, or to its skirts
 UPRIGHT = {  # where a luminaire that hangs has C = 0 and C = 90 degrees, by the scene's up
     "x": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
     "y": ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0)),
@@ -74,8 +74,11 @@ class Distribution:
 
     @cached_property
     def reach(self) -> tuple[float, float]:
-        """Return between which gamma it is brighter than `TAIL` anywhere."""
-        lit = np.flatnonzero((self.shares > TAIL).any(axis=0))
+        """Return between which gamma it is brighter than `DIM`, in any plane.
+
+        What is dimmer holds no narrow lobe, but is stray light that changes slowly.
+        """
+        lit = np.flatnonzero((self.shares > DIM).any(axis=0))
         first, last = max(lit[0] - 1, 0), min(lit[-1] + 1, len(self.angles) - 1)
         return float(self.angles[first]), float(self.angles[last])
 

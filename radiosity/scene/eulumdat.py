@@ -61,8 +61,8 @@ def read_eulumdat(text: str, name: str) -> Photometric:
     words = Words(lines, after, name, ",")
     words.take(RATIOS, "the direct ratios")
     planes = words.rising(p, "the C-planes", 0.0, 360.0)
-    angles = words.rising(a, "the angles gamma", 0.0, 180.0)
     rows = _listed(planes, symmetry, words)
+    angles = words.rising(a, "the angles gamma", 0.0, 180.0)
     if len(rows) * a > MOST_VALUES:
         raise words.wrong(f"{len(rows)} planes of {a} angles are more than {MOST_VALUES} values")
     values = words.table(len(rows), a, "intensities", factor * lamp / KILO)

@@ -5,6 +5,7 @@ factors, the angles, and the intensities of one C-plane after the other. ANSI/IE
 """
 
 import re
+from functools import partial
 
 from radiosity.scene.model import SceneError
 from radiosity.scene.photometric import CLOSE, MOST_VALUES, Photometric, Words, by_range, text_lines
@@ -55,8 +56,9 @@ def read_ies(text: str, name: str) -> Photometric:
         notes.append(f"the number {second:g} after the ballast factor has no meaning, and is left")
     angles = words.rising(a, "the angles gamma", 0.0, 180.0)
     planes = words.rising(p, "the C-planes", 0.0, 360.0)
+    refuse = partial(words.wrong, line=words.line())
     values = words.table(p, a, "intensities", multiplier * factor)
-    planes, values = by_range(planes, values, words.wrong)
+    planes, values = by_range(planes, values, refuse)
     if words.left:
         notes.append(f"{words.left} words after the last intensity are not read")
     found = Photometric(

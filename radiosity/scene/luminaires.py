@@ -108,26 +108,29 @@ def luminaire_notes(tables: dict, lights: list, faces: Faces, unit_m: float) -> 
 
 def _nearest_lit(light, faces, within):
     """Return how far the nearest point is that a luminaire lights; inf where none is ``within``."""
-    near = np.flatnonzero(_distances(light.position, faces) < within)
+    closest = _closest(light.position, faces)
+    near = np.flatnonzero(np.linalg.norm(closest - light.position, axis=1) < within)
     if not len(near):
         return np.inf
     side = int(np.clip(np.sqrt(POINTS / len(near)), 1, GRID))
     s, t = np.stack(np.meshgrid(*[(np.arange(side) + 0.5) / side] * 2)).reshape(2, -1, 1)
     v = faces.vertices[near][:, :, None]
     points = (1 - t) * ((1 - s) * v[:, 0] + s * v[:, 1]) + t * ((1 - s) * v[:, 3] + s * v[:, 2])
-    to_light, distance, _ = light.reaching(points.reshape(-1, 3), 1.0)
+    points = np.concatenate([closest[near], points.reshape(-1, 3)])
+    to_light, distance, _ = light.reaching(points, 1.0)
     lit = (light.shape(-to_light) > LIT) & (distance > 0.0) & (distance < within)
     return distance[lit].min(initial=np.inf)
 
 
-def _distances(point, faces):
-    """Return the distances (f,) of faces from a point: of their planes, or of their edges."""
+def _closest(point, faces):
+    """Return the points (f, 3) of faces that are closest to a point: its foot, or on an edge."""
     v, normal = faces.vertices - point, faces.normals()
     edge = np.roll(v, -1, axis=1) - v
     length = np.maximum(np.einsum("fkc,fkc->fk", edge, edge), np.finfo(float).tiny)
     along = np.clip(-np.einsum("fkc,fkc->fk", v, edge) / length, 0.0, 1.0)
-    to_edges = np.linalg.norm(v + along[..., None] * edge, axis=2).min(axis=1)
-    height = np.einsum("fc,fc->f", v[:, 0], normal)
-    foot = height[:, None] * normal
+    on_edges = v + along[..., None] * edge
+    k = np.linalg.norm(on_edges, axis=2).argmin(axis=1)
+    foot = np.einsum("fc,fc->f", v[:, 0], normal)[:, None] * normal
     beside = np.einsum("fkc,fkc->fk", np.cross(edge, foot[:, None] - v), normal[:, None])
-    return np.where((beside >= 0.0).all(axis=1), np.abs(height), to_edges)
+    inside = (beside >= 0.0).all(axis=1)[:, None]
+    return point + np.where(inside, foot, on_edges[np.arange(len(v)), k])

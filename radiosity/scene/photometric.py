@@ -107,10 +107,13 @@ class Words:
         """Return how many words have not been taken."""
         return len(self._word) - self._next
 
-    def wrong(self, text: str) -> SceneError:
-        """Return the error that says what is wrong with the number taken last."""
-        line = self._line[max(self._next - 1, 0)] if self._line else self._start
-        return SceneError(self._name, [f"line {line}: {text}"])
+    def line(self, back: int = 0) -> int:
+        """Return in which line, counted from 1, the number stands that was taken so long ago."""
+        return self._line[max(self._next - 1 - back, 0)] if self._line else self._start
+
+    def wrong(self, text: str, line: int | None = None) -> SceneError:
+        """Return the error that says what is wrong in a line, by default that of the last one."""
+        return SceneError(self._name, [f"line {line or self.line()}: {text}"])
 
     def take(self, count: int, what: str) -> np.ndarray:
         """Return the next numbers (count,), which ``what`` names in messages.
@@ -168,8 +171,8 @@ class Words:
         if np.any(values < 0.0):
             k = int(np.argmax(values < 0.0))
             where = f"value {k % angles + 1} of plane {k // angles + 1}"
-            raise self.wrong(f"{what} = {values[k]:g} ({where}) must be at least 0: light cannot "
-                             "be taken away")  # fmt: skip
+            text = f"{what} = {values[k]:g} ({where}) must be at least 0"
+            raise self.wrong(f"{text}: light cannot be taken away", self.line(len(values) - 1 - k))
         if not values.any():
             raise self.wrong(f"{what} are all 0: the luminaire sends out no light")
         found = factor * values.reshape(planes, angles)
