@@ -16,7 +16,7 @@ from radiosity.scene.photometric import Photometric
 from radiosity.scene.schema import at
 
 FAR = 5.0  # widths of an opening, from which on a point stands for it within 1 %
-LIT = 0.05  # of the peak, above which a surface counts as lit
+LIT = 0.02  # of the peak, above which what falls on a surface counts
 GRID = 16  # points along a near face, at most
 POINTS = 4096  # about in all
 
@@ -118,7 +118,9 @@ def _nearest_lit(light, faces, within):
     points = (1 - t) * ((1 - s) * v[:, 0] + s * v[:, 1]) + t * ((1 - s) * v[:, 3] + s * v[:, 2])
     points = np.concatenate([closest[near], points.reshape(-1, 3)])
     to_light, distance, _ = light.reaching(points, 1.0)
-    lit = (light.shape(-to_light) > LIT) & (distance > 0.0) & (distance < within)
+    normal = np.concatenate([faces.normals()[near], np.repeat(faces.normals()[near], side**2, 0)])
+    strength = light.shape(-to_light) * np.abs(np.einsum("kc,kc->k", to_light, normal))
+    lit = (strength > LIT) & (distance > 0.0) & (distance < within)
     return distance[lit].min(initial=np.inf)
 
 
