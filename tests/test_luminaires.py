@@ -84,19 +84,32 @@ def test_probes_find_intensity_times_cosine_over_square_of_distance(tmp_path):
         assert found[k] == pytest.approx(intensity(way / d) * cosine / d**2, rel=1e-6)
 
 
-def test_turned_the_same_way_the_scene_sees_the_same(tmp_path):
-    """Up along y: what lay along y lies along -z. Rolled by 90 degrees: x goes to y."""
+WAYS_UP = [("y", [0, 2, 1], [1, 1, -1]), ("x", [2, 0, 1], 1)]
+
+
+@pytest.mark.parametrize(("up", "order", "sign"), WAYS_UP)
+def test_scenes_of_another_way_up_see_the_same(tmp_path, up, order, sign):
+    """Up along y: what lay along y lies along -z. Up along x: x, y and z are y, z and x."""
+
+    def put(x):
+        return np.asarray(x, float)[..., order] * sign
+
+    points, normals = points_about(12, np.random.default_rng(3))
+    here = radiosity.solve(radiosity.load(scene_file(tmp_path, ABOVE)), 0.2)
+    floor = [[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]]
+    assert str(floor) in BOX
+    tall = BOX.replace(str(floor), str(put(floor).tolist()))
+    ends = put([0.4, -0.3, 2.2]).tolist(), put([0.4, -0.3, 0]).tolist()
+    light = f"position = {ends[0]}\ntarget = {ends[1]}"
+    there = radiosity.load(scene_file(tmp_path, light, geometry=tall, top=f'up = "{up}"\n'))
+    found = radiosity.solve(there, 0.2).irradiance(put(points), put(normals))[0]
+    np.testing.assert_allclose(found, here.irradiance(points, normals)[0], rtol=1e-9)
+
+
+def test_rolled_by_a_right_angle_x_goes_to_y(tmp_path):
     points, normals = points_about(12, np.random.default_rng(3))
     here = radiosity.solve(radiosity.load(scene_file(tmp_path, ABOVE)), 0.2)
     expected = here.irradiance(points, normals)[0]
-    floor = "[[-3, 0, 3], [3, 0, 3], [3, 0, -3], [-3, 0, -3]]"
-    tall = BOX.replace("[[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]]", floor)
-    light = "position = [0.4, 2.2, 0.3]\ntarget = [0.4, 0, 0.3]"
-    upright = radiosity.load(scene_file(tmp_path, light, geometry=tall, top='up = "y"\n'))
-    found = radiosity.solve(upright, 0.2).irradiance(
-        points[:, [0, 2, 1]] * [1, 1, -1], normals[:, [0, 2, 1]] * [1, 1, -1]
-    )[0]
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
     light = "position = [0.3, 0.4, 2.2]\ntarget = [0.3, 0.4, -1]\nroll = 90"
     rolled = radiosity.solve(radiosity.load(scene_file(tmp_path, light)), 0.2)
     found = rolled.irradiance(

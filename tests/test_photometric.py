@@ -83,6 +83,14 @@ def test_planes_that_follow_by_symmetry_are_those_of_the_full_lm_63_file(planes,
     assert at(full, every[3:4], GAMMA[4:5])[0] == pytest.approx(expected, rel=1e-7)
 
 
+def test_a_half_without_a_plane_at_180_degrees_is_linear_across():
+    """C = 0 lies between 340, where the plane of 200 is repeated, and 50, where that of 130 is."""
+    found = read(ies([90, 130, 200, 270], [[9, 8], [7, 6], [5, 4], [3, 2]], (0, 90)))
+    assert found.planes.tolist() == [0, 50, 90, 130, 200, 270, 340, 360]
+    assert found.candela[0].tolist() == pytest.approx([5 + 2 * 20 / 70, 4 + 2 * 20 / 70])
+    assert found.candela[1].tolist() == [7, 6] and found.candela[6].tolist() == [5, 4]
+
+
 LISTED = {  # the planes with values, of all
     0: (np.arange(0, 360, 15.0), lopsided), 1: (np.zeros(1), lambda c, g: bumpy(0 * c + 45, g)),
     2: (np.arange(0, 181, 15.0), to_c0), 3: (np.arange(-90, 91, 15.0), to_c90),
