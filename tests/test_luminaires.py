@@ -191,10 +191,10 @@ def test_info_says_what_was_read(tmp_path):
 
 
 def test_openings_too_wide_for_a_point_and_odd_fluxes_are_noted(tmp_path):
-    scene = radiosity.load(scene_file(tmp_path, ABOVE))
+    scene = radiosity.load(scene_file(tmp_path, ABOVE, ABOVE))
     flux, lamps = read_photometric(TEXT, "lamp.ies").flux, 2 * 1500 * 0.95
-    assert scene.notes[0].startswith(f"lamp.ies: sends out {flux:.6g} lm of the {lamps:.6g} lm")
-    assert len([n for n in scene.notes if n.startswith("lamp.ies")]) == 1  # 0.06 m over 2.2 m
+    (told,) = [n for n in scene.notes if n.startswith("lamp.ies")]  # 0.06 m over 2.2 m: no more
+    assert told.startswith(f"lamp.ies: sends out {flux:.6g} lm of the {lamps:.6g} lm")
     low = [f"position = [{x}, 0, 0.2]\ntarget = [{x}, 0, 0]" for x in (1, 2)]
     (told,) = [n for n in radiosity.load(scene_file(tmp_path, *low)).notes if "a point" in n]
     assert "lights surfaces 0.2 m away" in told and "opening is 0.061 m wide" in told
@@ -244,3 +244,33 @@ def test_scenes_without_luminaires_load_none_of_it():
     assert "radiosity.light.sources" in loaded
     readers = {f"radiosity.scene.{m}" for m in ("ies", "eulumdat", "photometric", "luminaires")}
     assert not loaded & {"radiosity.light.luminaire", *readers}
+
+
+@pytest.mark.parametrize(
+    ("name", "stated"), [("erco_iku.ldt", 611.9), ("waldmann_idoo.ldt", 7000)]
+)
+def test_fluxes_of_makers_files_are_those_they_state(name, stated):
+    text = (SCENES / "luminaires" / name).read_text("utf-8-sig")
+    found = read_photometric(text, name)
+    assert found.stated == pytest.approx(stated) and found.notes == ()
+    assert found.flux == pytest.approx(stated, rel=1e-3)  # 5e-5 and 5e-4: tables of few digits
+
+
+def test_the_office_is_lit_by_its_makers_files():
+    """Below a downlight the desk gets I_0/d^2 from it, and from the other I cos^3/h^2 more.
+
+    The value of gamma = 0, and those of 32 and 33 degrees, stand in the file in cd/klm.
+    """
+    scene = radiosity.load(SCENES / "office.toml")
+    assert [light.group for light in scene.lights] == ["desk", "desk", "floor"]
+    text = (SCENES / "luminaires" / "erco_iku.ldt").read_text("utf-8-sig").split("\n")
+    values = 0.6119 * np.array([float(v) for v in text[42 + 1 + 91 :][:91]])
+    h = 2.6 - 0.74
+    angle = np.degrees(np.arctan2(1.2, h))
+    aside = np.interp(angle, np.arange(91), values) * np.cos(np.radians(angle)) ** 3
+    expected = (values[0] + aside) / h**2
+    point, found = np.array([[3.4, 2.75, 0.74]]), 0.0
+    for lamp in scene.lights[:2]:
+        to_light, _, falling = lamp.reaching(point, 1.0)
+        found += illuminance(falling)[0] * to_light[0, 2]
+    assert found == pytest.approx(expected, rel=1e-6)

@@ -174,21 +174,22 @@ def test_tilt_factors_are_read_and_noted():
 
 
 def relative(lumens):
-    """Return notes of a Lambertian luminaire of pi * 1000 lm whose lamps have some lumens."""
+    """Return a Lambertian luminaire of pi * 1000 lm whose lamps have some lumens."""
     gamma = np.arange(0, 91, 1.0)
     numbers = f"1 {lumens} 1 91 1 1 2 0 0 0 1 1 20"
-    text = ies([0], [1000 * np.cos(np.radians(gamma))], gamma, numbers=numbers)
-    found = read(text)
+    found = read(ies([0], [1000 * np.cos(np.radians(gamma))], gamma, numbers=numbers))
     assert found.flux == pytest.approx(1000 * np.pi, rel=5e-5)
-    return found.notes
+    return found
 
 
 def test_lm_63_states_the_flux_of_the_lamps():
-    assert relative(3141.6) == relative(-1) == ()
-    (told,) = relative(4000)
-    assert re.fullmatch(r"sends out 3141.\d* lm of the 4000 lm of its lamps: .* of 79%", told)
-    (told,) = relative(2800)
-    assert told.endswith("112%: more than all; is a factor wrong?")
+    assert relative(-1).label == "x.ies, LM-63-2002" and relative(-1).stated is None
+    assert relative(4000).label == "x.ies, LM-63-2002 (79% of the 4000 lm of its lamps)"
+    assert relative(-1).notes == relative(3141.6).notes == relative(4000).notes == ()
+    (told,) = relative(2800).notes
+    assert re.fullmatch(r"sends out 3141.\d* lm of the 2800 lm .*, 112%: more than all; .*", told)
+    (told,) = relative(1e6).notes
+    assert told.endswith("of the 1e+06 lm of its lamps, 0.3%: hardly any; is a factor wrong?")
 
 
 def test_eulumdat_is_scaled_by_lamps_and_states_its_flux():

@@ -71,7 +71,7 @@ def read_eulumdat(text: str, name: str) -> Photometric:
     whole, values = _whole(planes[rows], values, symmetry)
     found = Photometric(
         name, "EULUMDAT", _text(lines[0]), _text(lines[8]), whole, angles, values,
-        lamp if absolute else lamp * lorl / 100.0, float(np.abs(opening).max()) / 1000.0,
+        lamp if absolute else lamp * lorl / 100.0, False, float(np.abs(opening).max()) / 1000.0,
         tuple(notes),
     )  # fmt: skip
     return found.noting(*_flux_notes(found, lamp, lorl))

@@ -13,6 +13,7 @@ from radiosity.scene.photometric import CLOSE, MOST_VALUES, Photometric, Words, 
 METRES = {1: 0.3048, 2: 1.0}  # by the number that stands for feet and metres
 PHOTOMETRY = {1: "C", 2: "B", 3: "A"}
 MOST_ANGLES, MOST_LAMPS = 1 << 16, 1 << 20
+LEAST = 0.1  # of the lamps' flux, below which the rest of a file is questioned
 WITHOUT_FACTOR = 1995  # from which on a second factor is no factor any more
 
 
@@ -64,7 +65,8 @@ def read_ies(text: str, name: str) -> Photometric:
     found = Photometric(
         name, f"LM-63-{year}", _label(labels, "MANUFAC"), _label(labels, "LUMCAT", "LUMINAIRE", ""),
         planes, angles, values,
-        lamps * lumens * factor if lumens > 0.0 and lamps else None, opening, tuple(notes),
+        lamps * lumens * factor if lumens > 0.0 and lamps else None, True, opening,
+        tuple(notes),
     )  # fmt: skip
     return found.noting(*_flux_notes(found))
 
@@ -131,12 +133,15 @@ def _label(labels, *keys) -> str:
 
 
 def _flux_notes(found):
-    """Yield what is noted where the lamps' flux and that of the luminaire differ."""
+    """Yield what is noted where the lamps' flux is unlikely, for that of the luminaire.
+
+    That luminaires keep some of it is what `Photometric.label` says.
+    """
     if found.stated is None:
         return
     share = found.flux / found.stated
-    both = f"{found.flux:.6g} lm of the {found.stated:.6g} lm of its lamps"
+    both = f"sends out {found.flux:.6g} lm of the {found.stated:.6g} lm of its lamps"
     if share > 1.0 + CLOSE:
-        yield f"sends out {both}, {share:.0%}: more than all; is a factor wrong?"
-    elif share < 1.0 - CLOSE:
-        yield f"sends out {both}: an efficiency of {share:.0%}"
+        yield f"{both}, {share:.0%}: more than all; is a factor wrong?"
+    elif share < LEAST:
+        yield f"{both}, {share:.1%}: hardly any; is a factor wrong?"

@@ -42,6 +42,8 @@ class Photometric:
     candela : (p, a) float64
     stated : float or None
         lm that leave its lamps (LM-63) or itself (EULUMDAT) by what the file says.
+    of_lamps : bool
+        Which of both.
     opening : float
         Largest extent of the luminous opening in m, 0 for a point.
     notes : tuple of str
@@ -56,6 +58,7 @@ class Photometric:
     angles: np.ndarray
     candela: np.ndarray
     stated: float | None
+    of_lamps: bool
     opening: float
     notes: tuple[str, ...] = ()
 
@@ -72,9 +75,12 @@ class Photometric:
 
     @property
     def label(self) -> str:
-        """Return where this comes from: file, format, maker and name."""
+        """Return where this comes from: file, format, maker, name, and how much its lamps lose."""
         said = ", ".join(word for word in (self.maker, self.name) if word)
-        return f"{self.file}, {self.format}" + (f": {said}" if said else "")
+        text = f"{self.file}, {self.format}" + (f": {said}" if said else "")
+        if not self.of_lamps or self.stated is None:
+            return text
+        return f"{text} ({self.flux / self.stated:.0%} of the {self.stated:.6g} lm of its lamps)"
 
     def noting(self, *notes: str) -> "Photometric":
         """Return the same with more notes."""
