@@ -7,12 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from test_coherent import ONE
+from test_mirrored_lights import glossy_floor
 from test_photometric import ies
 
 import radiosity
 from radiosity.cli.info import describe
-from radiosity.light.luminaire import Luminaire, frame_towards
+from radiosity.light.luminaire import Luminaire, frame_towards, of_values
 from radiosity.light.photometry import illuminance
+from radiosity.light.sources import Point
 from radiosity.scene.luminaires import read_photometric
 from radiosity.scene.model import SceneError
 
@@ -141,6 +144,19 @@ mirror = 0.8
         expected = expected + share * falling * to_light[:, 2:]
     np.testing.assert_allclose(found, expected, rtol=1e-9)
     assert np.all(found > 1.01 * radiosity.solve(bare, 0.2).irradiance(points, up)[0])
+
+
+def test_an_even_luminaire_is_a_point_to_every_pass(tmp_path):
+    """On gloss, in a mirror, and with every method of making pictures, to the bit."""
+    even = of_values(np.array([0.0, 360]), np.array([0.0, 180]), np.ones((2, 2)))[0]
+    place, frame = np.array([0.5, 0.2, 1.0]), frame_towards(np.array([0.0, 0.6, -0.8]), 0.3)
+    lamps = Point(place, ONE), Luminaire(place, ONE, frame=frame, distribution=even)
+    one, other = (glossy_floor((lamp,)) for lamp in lamps)
+    for method in ("raytrace", "local"):
+        a, b = (radiosity.render(s, samples=4, method=method).pixels for s in (one, other))
+        assert a.any() and np.array_equal(a, b), method
+    a, b = (radiosity.render(radiosity.solve(s, 0.2), samples=4).pixels for s in (one, other))
+    assert a.any() and np.array_equal(a, b)
 
 
 def test_a_closed_room_takes_in_the_flux(tmp_path):
