@@ -67,10 +67,23 @@ def _lights(scene) -> list[str]:
         where = light.direction if kind == "directional" else light.position
         strength = _light(light.strength, scene.bands)
         lines.append(f"{kind:16}{_bands(where):26} {strength:28} {light.group or '-'}")
+        lines += _read_as(light, scene.bands)
     if scene.ambient.any():
         strength = _light(scene.ambient, scene.bands)
         lines.append(f"{'ambient':16}{'from outside, W/(m2 sr)':26} {strength:28} -")
     return lines if len(lines) > 2 else []
+
+
+def _read_as(light, bands) -> list[str]:
+    """Return what a luminaire was read from, and how strong it is."""
+    label = getattr(light, "label", "")
+    if not label:
+        return []
+    from radiosity.light.photometry import photometric
+
+    peak = photometric(light.strength, bands)
+    flux = peak * light.solid_angle
+    return [f"    read as {label}", f"    at most {peak:.6g} cd, {flux:.6g} lm in all"]
 
 
 def _flaws(scene):

@@ -114,6 +114,14 @@ class Colour:
         return SpectrumFile(value, self.check)
 
 
+def photometric_file(value) -> str:
+    """Return the name of a photometric file, or raise `Wrong`."""
+    if not isinstance(value, str) or not value.lower().endswith((".ies", ".ldt")):
+        text = 'must name a photometric file, "NAME.ies" (LM-63) or "NAME.ldt" (EULUMDAT)'
+        raise Wrong(((), value, text))
+    return value
+
+
 @dataclass(frozen=True)
 class Table:
     """A table of any names whose values one check accepts."""

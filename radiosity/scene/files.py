@@ -180,10 +180,19 @@ def _picture(folder, name):
 
 
 def _text_of(folder, name):
-    """Return the text of a spectrum that a scene file names, relative to its folder."""
+    """Return the text of a file that a scene file names, relative to its folder.
+
+    Spectra are in UTF-8; photometric files are older than that, and may be in Latin-1.
+    """
     path = folder / name
     _check_inside(path, folder)
-    return _decoded(read_bytes(path), path)
+    data = read_bytes(path)
+    if path.suffix.lower() == ".csv":
+        return _decoded(data, path)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
 
 def _rad(path, folder, merge, uv):

@@ -9,6 +9,7 @@ from pydantic import Field
 from radiosity.light.palette import NEUTRAL, Palette
 from radiosity.light.photometry import EFFICACY
 from radiosity.light.sources import Directional, Falloff, Flood, Light, Point, Spot
+from radiosity.scene.checks import photometric_file
 from radiosity.scene.schema import (
     BANDS,
     POINT,
@@ -85,9 +86,20 @@ class _AmbientTable(_LightTable):
     radiance: taken_by(BANDS) = Field(description="the same from all directions, W/(m2 sr)")
 
 
+class IesTable(_LightTable):
+    """A luminaire whose maker measured it; ``file`` is its `Photometric` once it was read."""
+
+    type: Literal["ies"]
+    position: taken_by(POINT) = Field(description="where the luminaire is, [x, y, z]")
+    target: taken_by(POINT) = Field(description="a point that gamma = 0 points to, [x, y, z]")
+    roll: taken_by(Number(-360, 360, "the turn on its axis in degrees")) = 0.0
+    file: taken_by(photometric_file) = Field(description='a photometric file, "NAME.ies" or .ldt')
+    luminous_flux: taken_by(POWER) = None
+
+
 TABLES = {
     "point": _PointTable, "spot": _SpotTable, "flood": _FloodTable,
-    "directional": _DirectionalTable, "ambient": _AmbientTable,
+    "directional": _DirectionalTable, "ambient": _AmbientTable, "ies": IesTable,
 }  # fmt: skip
 STRENGTHS = "intensity", "luminous_intensity", "radiant_flux", "luminous_flux"
 
@@ -123,6 +135,9 @@ def _between_keys(table, raw, path):
     """Yield what is wrong between the keys of a light."""
     if isinstance(table, _DirectionalTable) and not np.any(table.direction):
         yield at((*path, "direction"), raw["direction"], "must not be zero: it is a direction")
+    target = getattr(table, "target", None)
+    if target is not None and target == table.position:
+        yield at((*path, "target"), raw["target"], "must differ from position: it gives the axis")
     if not isinstance(table, _PlacedTable):
         return
     given = [key for key in STRENGTHS if getattr(table, key) is not None]
@@ -133,9 +148,6 @@ def _between_keys(table, raw, path):
         )
     if table.falloff is not None:
         yield from _falloff_problems(table, given, path)
-    target = getattr(table, "target", None)
-    if target is not None and target == table.position:
-        yield at((*path, "target"), raw["target"], "must differ from position: it gives the axis")
     if isinstance(table, _SpotTable) and table.cutoff_angle < table.beam_angle:
         text = f"must be at least the beam_angle {table.beam_angle:g}: light fades between them"
         yield at((*path, "cutoff_angle"), raw["cutoff_angle"], text)
@@ -155,27 +167,35 @@ def _falloff_problems(table, given, path):
         )
 
 
-def make_light(table: StrictTable, palette: Palette) -> Light | Ambient:
-    """Return the light of a table without mistakes, in the bands of a palette."""
+def make_light(table: StrictTable, palette: Palette, up: str = "z") -> Light | Ambient:
+    """Return the light of a table without mistakes, in the bands of a palette.
+
+    ``up`` is the scene's: how a luminaire hangs of which a file was read.
+    """
     if isinstance(table, _AmbientTable):
         return Ambient(palette.light(table.radiance))
     if isinstance(table, _DirectionalTable):
         way = np.array(table.direction) / np.abs(table.direction).max()
         way /= np.linalg.norm(way)
         return Directional(way, palette.light(table.irradiance), table.group)
+    if isinstance(table, IesTable):
+        from radiosity.scene.luminaires import make_luminaire  # other scenes need none of it
+
+        return make_luminaire(table, axis_of(table), palette, up)
     falloff = Falloff() if table.falloff is None else Falloff(**table.falloff.model_dump())
     made = np.array(table.position), np.ones(palette.bands.count), falloff, table.group
     if isinstance(table, _SpotTable):
         beam, cutoff = np.radians([table.beam_angle, table.cutoff_angle])
-        light = Spot(*made, _axis(table), float(beam), float(cutoff))
+        light = Spot(*made, axis_of(table), float(beam), float(cutoff))
     elif isinstance(table, _FloodTable):
-        light = Flood(*made, _axis(table), table.exponent)
+        light = Flood(*made, axis_of(table), table.exponent)
     else:
         light = Point(*made)
     return light.of_intensity(_intensity(table, light.solid_angle, palette))
 
 
-def _axis(table):
+def axis_of(table: StrictTable) -> np.ndarray:
+    """Return the unit vector (3,) from a light's position to its target."""
     way = np.subtract(table.target, table.position)
     way /= np.abs(way).max()
     return way / np.linalg.norm(way)

@@ -22,7 +22,7 @@ from radiosity.scene.cameras import camera_problems, make_camera
 from radiosity.scene.checks import SpectrumFile, TextureKey, nearest
 from radiosity.scene.described import read_as, with_described
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
-from radiosity.scene.lights import Ambient, make_light, read_lights
+from radiosity.scene.lights import Ambient, IesTable, make_light, read_lights
 from radiosity.scene.materials import make_materials
 from radiosity.scene.model import Scene, SceneError, Truth, too_bright, uncovered
 from radiosity.scene.schema import (
@@ -86,7 +86,7 @@ def read_tables(
     read_picture : callable, optional
         Returns the pixels (h, w, 1 or 3) of a picture named in the tables; raises SceneError.
     read_text : callable, optional
-        Returns the text of a spectrum's file named in the tables; raises SceneError.
+        Returns the text of a spectrum's or luminaire's file named in the tables; raises SceneError.
     bands, accuracy
         Of the scene, see `radiosity.light.palette.kind_of`.
 
@@ -107,7 +107,7 @@ def read_tables(
     materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
     details = _details(materials, geometry, read_picture, problems)
     cameras = _tables(CameraTable, raw, "cameras", problems, camera_problems)
-    lights = read_lights(raw.get("lights", []), problems)
+    lights = _with_photometry(read_lights(raw.get("lights", []), problems), read_text, problems)
     coloured = [
         _with_spectra(found, key, read_text, problems)
         for key, found in (("materials", materials), ("lights", lights))
@@ -172,7 +172,24 @@ def _with_spectra(tables, key, read_text, problems):
     return {k: resolved(table, (key, k), read_text, problems) for k, table in found}
 
 
-def _completed(scene, geometry, tables, lights, details, palette):
+def _with_photometry(lights, read_text, problems):
+    """Return the tables of lights with the photometric files read that they name."""
+    if not any(isinstance(table, IesTable) for table in lights.values()):
+        return lights
+    from radiosity.scene.luminaires import with_photometry  # others need none of it
+
+    return with_photometry(lights, read_text, problems)
+
+
+def _luminaire_notes(tables, lights, faces, unit_m):
+    if not any(isinstance(table, IesTable) for table in tables.values()):
+        return []
+    from radiosity.scene.luminaires import luminaire_notes
+
+    return luminaire_notes(tables, lights, faces, unit_m)
+
+
+def _completed(scene, geometry, tables, light_tables, details, palette):
     """Return a scene with its materials and lights, and with a camera where it has none."""
     made, notes = make_materials(tables, geometry, scene.unit_m, palette)
     made |= {name: found.of(made[name], palette) for name, found in details.items()}
@@ -183,7 +200,8 @@ def _completed(scene, geometry, tables, lights, details, palette):
     faces, materials, more = with_materials(geometry, made, palette.bands.count)
     faces, odd = as_solved(faces, materials, geometry, scene.unit, scene.source)
     notes += _colour_notes(scene, palette)
-    lights = [make_light(table, palette) for table in lights.values()]
+    lights = [make_light(table, palette, scene.up) for table in light_tables.values()]
+    more += _luminaire_notes(light_tables, lights, faces, scene.unit_m)
     dark = np.zeros(palette.bands.count)
     cameras = scene.cameras
     if not cameras:
