@@ -42,12 +42,14 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
     Returns
     -------
     pyvista.PolyData
-        ``cell_data``: ``radiosity_W_m2``, ``irradiance_W_m2``, ``reflectance`` (all bands each),
+        ``cell_data``: ``radiosity_W_m2``, ``irradiance_W_m2``, ``emission_W_m2``, ``reflectance``
+        (a column for each of the ``bands`` that ``field_data`` names),
         ``illuminance_lx``, ``error_lx`` (estimated, of the illuminance), and the integers
         ``patch`` and ``face`` (indices into the solution's patches and the scene's faces),
         ``material``, ``group`` (into the names in ``field_data``) and ``side`` (0 front, 1 back).
         ``point_data``: ``radiosity_W_m2``, interpolated to the corners. ``field_data``: ``scene``,
-        ``unit``, ``unit_m`` (metres), ``material_names``, ``group_names``, ``side_names``.
+        ``unit``, ``unit_m`` (metres), ``bands``, ``material_names``, ``group_names``,
+        ``side_names``.
 
     Examples
     --------
@@ -69,6 +71,7 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
     face = patches.face[shown]
     mesh.cell_data["radiosity_W_m2"] = solution.radiosity[shown]
     mesh.cell_data["irradiance_W_m2"] = solution.irradiance_on[shown]
+    mesh.cell_data["emission_W_m2"] = solution.emission[shown]
     mesh.cell_data["illuminance_lx"] = solution.illuminance[shown]
     mesh.cell_data["error_lx"] = illuminance(solution.error[shown], scene.bands)
     mesh.cell_data["reflectance"] = solution.reflectance[shown]
@@ -89,6 +92,7 @@ def _name(mesh, scene):
     for name, words in {
         "scene": [scene.name],
         "unit": [scene.unit],
+        "bands": scene.bands.names,
         "material_names": [m.name for m in scene.materials],
         "group_names": scene.groups,
         "side_names": SIDES,
