@@ -92,7 +92,8 @@ def test_the_validator_finds_nothing(box_of_blocks):
 def test_a_furnace_is_even_and_its_picture_is_what_it_looks_like(tmp_path):
     """E = M_e/(1 - rho) everywhere, so no texel may differ, not even between charts."""
     polygons = box((0, 0, 0), (1, 2, 3))
-    solution = solve(scene(polygons, 0.5, [[1.0, 2.0, 0.5]] * 6, unit="cm", unit_m=0.01), accuracy=0.1)
+    made = scene(polygons, 0.5, [[1.0, 2.0, 0.5]] * 6, unit="cm", unit_m=0.01)
+    solution = solve(made, accuracy=0.1)
     found = make_lightmap(solution, 32)
     expected = np.broadcast_to([2.0, 4.0, 1.0], found.irradiance.shape)
     assert found.irradiance == pytest.approx(expected, rel=1e-4)  # of the exact factors' closure

@@ -14,13 +14,13 @@ from radiosity.mesh.patches import reversed_winding
 from radiosity.solve.solution import Solution
 from radiosity.solve.system import side_reflectance
 from radiosity.transport.files import written_whole
-from radiosity.transport.lookup import fronts_at
 from radiosity.transport.threads import Progress, silent
 from radiosity.view.baked import COLOURS, add_groups, add_materials, finish, shown_colours
 from radiosity.view.gltf import Document, to_gltf
 from radiosity.view.image import Image, tone_map, write
+from radiosity.view.polydata import NONE, patches_at
 from radiosity.view.shading import auto_exposure
-from radiosity.view.unwrap import NONE, Layout, check_size, unwrap
+from radiosity.view.unwrap import Layout, check_size, unwrap
 
 POINTS_AT_ONCE = 1 << 14
 LINEAR, CLAMP = 9729, 33071  # OpenGL's names: filter between texels, stop at the border
@@ -73,7 +73,7 @@ def make_lightmap(solution: Solution, size: int, progress: Progress = silent) ->
     kind = 2 * (faces.group[face] * len(solution.scene.materials) + faces.material[face]) + back
     layout = unwrap(corners, normals, kind, size)
     texel, side, points = layout.texels()
-    patch = _patch_at(solution, face[side], back[side], points)
+    patch = patches_at(solution, face[side], back[side], points)
     lit = patch != NONE
     dark = np.isin(side, np.setdiff1d(np.arange(len(face)), side[lit]))  # all of it is
     e = np.zeros((size * size, 3), np.float32)
@@ -152,15 +152,6 @@ def _sides(solution):
     back[patches.face[~patches.front & solution.live]] = True
     first, second = np.flatnonzero(bare & (lit | ~back)), np.flatnonzero(back)
     return np.concatenate([first, second]), np.arange(len(first) + len(second)) >= len(first)
-
-
-def _patch_at(solution, face, back, points):
-    """Return the lit patch (k,) at points on sides of faces, `NONE` where a face covers it."""
-    patches, side = solution.patches, back.astype(int)
-    front = fronts_at(solution.surroundings.table, face, points)
-    patch = np.where(back, patches.back_of[front], front)
-    seen = (patch >= 0) & solution.live[patch] & (patches.behind[front, side] < 0)
-    return np.where(seen, patch, NONE)
 
 
 def _gathered(solution, points, normals, patch, exposure, progress):

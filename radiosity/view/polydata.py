@@ -6,7 +6,9 @@ import numpy as np
 
 from radiosity.light.photometry import illuminance
 from radiosity.mesh.interpolation import corner_values, find_neighbours, gradients
+from radiosity.mesh.patches import NONE
 from radiosity.solve.solution import Solution
+from radiosity.transport.lookup import fronts_at
 
 if TYPE_CHECKING:
     import pyvista
@@ -22,6 +24,18 @@ def shown_patches(solution: Solution) -> np.ndarray:
     covered = np.zeros(len(solution.patches), bool)
     covered[: solution.patches.fronts] = solution.patches.covered
     return np.flatnonzero(~covered)
+
+
+def patches_at(solution: Solution, face, back, points) -> np.ndarray:
+    """Return (k,) the lit patch at points (k, 3) on faces (k,), `NONE` where it cannot be seen.
+
+    ``back`` (k,) bool tells which side of the face is meant; another face may lie on it.
+    """
+    patches = solution.patches
+    front = fronts_at(solution.surroundings.table, face, points)
+    patch = np.where(back, patches.back_of[front], front)
+    seen = (patch >= 0) & solution.live[patch] & (patches.behind[front, back.astype(int)] < 0)
+    return np.where(seen, patch, NONE)
 
 
 def corner_radiosity(solution: Solution) -> np.ndarray:
