@@ -141,6 +141,12 @@ def test_up_becomes_y_without_a_mirror(up):
     assert np.linalg.det(axes) == pytest.approx(1.0) and np.array_equal(axes @ axes.T, np.eye(3))
 
 
+def test_a_triangle_is_one_triangle(tmp_path):
+    polygons = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0]]], float)
+    save(solve(scene(polygons, 0.5, 1.0), accuracy=0.3, mesh="1"), tmp_path / "one.glb")
+    assert Glb(tmp_path / "one.glb").triangles("POSITION").shape == (1, 3, 3)
+
+
 def test_many_vertices_take_longer_indices():
     document = Document()
     for n in (65535, 65536):

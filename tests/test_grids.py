@@ -4,6 +4,7 @@ import csv
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +116,12 @@ def test_only_rooms_count_and_margins_keep_off_walls():
     corner = np.hypot(np.maximum(1 - x, 0), np.maximum(1 - y, 0))  # of the walls, at (1, 1)
     assert min(x.min(), y.min(), 3 - x.max(), 3 - y.max()) >= 0.3 and off.min() >= 0.3
     assert corner.min() >= 0.3 and corner.min() < 0.36  # rounded by that corner, no more
+    shining = surface_grid(solution, "m1", spacing=0.1)  # light under the block is none
+    assert len(shining.points) == 200 - 16
+    floor = surface_grid(solution, "all", spacing=0.05, margin=0.3).points
+    x, y = floor[floor[:, 2] == 0, :2].T
+    corner = np.hypot(np.maximum(1 - x, 0), np.maximum(1 - y, 0))
+    assert 0.295 < corner.min() < 0.36 and x.max() > 2.6 and y.max() > 2.6
     above = plane_grid(solution, 1.5, spacing=0.1, margin=0.0)
     assert len(above.points) == 500  # over the block
 
@@ -169,6 +176,13 @@ def test_surfaces_of_many_small_faces_have_points_on_each_and_look_where_light_i
     grid = surface_grid(solution, "all", spacing=5.0)
     assert len(grid.points) == 32
     assert np.einsum("kc,kc->k", grid.points, grid.normals).max() < 0
+    small = box((0, 0, 0), (0.1, 0.1, 0.1))[:1] + [[[1, 1, 1]], [[2, 2, 1]]]
+    apart = np.concatenate([box((0, 0, 0), (3, 3, 3)), small])
+    made = scene(apart, 0.5, [[float(k == CEILING)] * 3 for k in range(8)])
+    pair = replace(made.faces, group=(np.arange(8) > 5).astype(int))
+    solution = solve(replace(made, faces=pair, groups=("room", "pair")), accuracy=0.2)
+    grid = surface_grid(solution, "pair", spacing=5.0)  # its middle lies on neither of them
+    assert grid.points == pytest.approx(np.array([[1.05, 1.05, 1.0]])) and grid.left_out == 0
     inside_out = box((0, 0, 0), (2, 2, 2))
     inside_out[0] = inside_out[0][::-1]
     grid = surface_grid(glowing(inside_out), "m0")

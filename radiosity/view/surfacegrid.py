@@ -10,7 +10,7 @@ from radiosity.solve.solution import Solution
 from radiosity.view.pointgrid import PointGrid, cells, check_count, middles
 from radiosity.view.polydata import NONE, patches_at
 
-AROUND = 16  # directions in which a margin is looked for
+STEPS = 2000  # places along the edges of a plane's faces where its rim is looked for
 
 
 def surface_grid(
@@ -126,11 +126,9 @@ def _points_on(solution, plane: _Plane, step, margin):
         flat, tried = middles(plane.sides, shape, margin), int(shape.prod())
     owner = _holder(plane.polygons, flat)
     if margin > 0.0:
-        angle = 2.0 * np.pi * np.arange(AROUND) / AROUND
-        for way in margin * (1 - 1e-9) * np.column_stack([np.cos(angle), np.sin(angle)]):
-            owner[_holder(plane.polygons, flat + way) == NONE] = NONE
+        owner[_far_from_edge(plane.polygons, flat) < margin * (1 - 1e-9)] = NONE
     elif not np.any(owner != NONE):
-        flat, owner = plane.polygons[:1, :3].mean(axis=1), np.zeros(1, int)
+        flat, owner = plane.polygons[:1].mean(axis=1), np.zeros(1, int)
     flat, owner = flat[owner != NONE], owner[owner != NONE]
     points, face = plane.corner + flat @ plane.axes, plane.face[owner]
     front, back = (
@@ -140,6 +138,25 @@ def _points_on(solution, plane: _Plane, step, margin):
     lit = front | back
     normals = np.where(front, 1.0, -1.0)[:, None] * plane.normal + 0.0  # no -0.0
     return points[lit], normals[lit], max(tried, len(lit)) - int(lit.sum())
+
+
+def _far_from_edge(polygons, points):
+    """Return (k,) how far points (k, 2) are from the rim of what polygons (m, 4, 2) cover."""
+    from scipy.spatial import cKDTree
+
+    start, along = polygons, np.roll(polygons, -1, axis=1) - polygons
+    length = np.linalg.norm(along, axis=2)
+    real = length > 0.0
+    start, along, length = start[real], along[real], length[real]
+    count = np.maximum(np.ceil(STEPS * length / length.sum()), 1).astype(int)
+    edge = np.repeat(np.arange(len(count)), count)
+    share = (np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)) / count[edge]
+    places = start[edge] + share[:, None] * along[edge]
+    middles = places + 0.5 / count[edge, None] * along[edge]
+    outward = np.column_stack([along[:, 1], -along[:, 0]]) / length[:, None]
+    beyond = middles + 1e-6 * np.ptp(polygons, axis=(0, 1)).max() * outward[edge]
+    bare = _holder(polygons, beyond) == NONE
+    return cKDTree(np.concatenate([places[bare], middles[bare]])).query(points)[0]
 
 
 def _holder(polygons, points):
