@@ -1,5 +1,7 @@
 """Lightmaps: what points of the model look up is what they receive, and nothing bleeds."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -215,6 +217,32 @@ def test_a_failed_lightmap_leaves_the_old_files(tmp_path):
         save(solution, tmp_path / "a.glb", lightmap=16)
     assert (tmp_path / "a.glb").read_text() == "old"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a-lightmap.png", "a.glb"]
+
+
+def solve_cli(*args):
+    return subprocess.run([sys.executable, "-m", "radiosity", "solve", *map(str, args)],
+                          capture_output=True, text=True)  # fmt: skip
+
+
+def test_solve_writes_all_three(tmp_path):
+    done = solve_cli(SCENES / "box6.toml", "--mesh", "1", "-o", tmp_path / "a.glb",
+                     "--lightmap", "32")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a-lightmap.exr", "a-lightmap.png",
+                                                          "a.glb"]  # fmt: skip
+    assert read_exr(tmp_path / "a-lightmap.exr").shape == (32, 32, 3)
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (["--lightmap", "64"], "--lightmap 64 needs a file to write: add -o OUT.glb"),
+        (["-o", "a.csv", "--lightmap", "64"], "lightmap = 64 is for .glb"),
+    ],
+)
+def test_wrong_use_is_told_before_the_work(args, words):
+    done = solve_cli(SCENES / "box6.toml", *args)
+    assert done.returncode == 2 and words in done.stderr and "solved" not in done.stderr
 
 
 def test_threads_do_not_change_a_texel(monkeypatch):

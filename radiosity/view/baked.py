@@ -72,13 +72,17 @@ def add_groups(document: Document, solution: Solution, face: np.ndarray, primiti
     """
     scene = solution.scene
     group, material = scene.faces.group[face], scene.faces.material[face]
-    for g in np.unique(group):
-        parts = [
-            primitive(np.flatnonzero((group == g) & (material == m)))
-            for m in np.unique(material[group == g])
-        ]
+    order = np.lexsort((material, group))  # in the cells' own order within each
+    for g, mine in zip(*_runs(group[order], order), strict=True):
+        parts = [primitive(cells) for cells in _runs(material[mine], mine)[1]]
         mesh = document.add("meshes", name=scene.groups[g], primitives=parts)
         document.add("nodes", name=scene.groups[g], mesh=mesh)
+
+
+def _runs(values, items):
+    """Return the different of sorted values, and for each its items."""
+    found, start = np.unique(values, return_index=True)
+    return found, np.split(items, start[1:])
 
 
 def finish(document: Document, solution: Solution, extras: dict) -> None:
