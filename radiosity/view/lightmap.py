@@ -64,8 +64,6 @@ def make_lightmap(solution: Solution, size: int, progress: Progress = silent) ->
     """
     check_size(size)
     face, back = _sides(solution)
-    if not len(face):
-        raise ValueError("lightmap: no face can be seen, each is covered by another: save .vtp")
     faces = solution.scene.faces
     corners = faces.vertices[face]
     corners[back] = reversed_winding(corners[back])

@@ -27,15 +27,14 @@ def shown_patches(solution: Solution) -> np.ndarray:
 
 
 def patches_at(solution: Solution, face, back, points) -> np.ndarray:
-    """Return (k,) the lit patch at points (k, 3) on faces (k,), `NONE` where it cannot be seen.
+    """Return (k,) the lit patch at points (k, 3) on faces (k,), `NONE` where none is.
 
-    ``back`` (k,) bool tells which side of the face is meant; another face may lie on it.
+    ``back`` (k,) bool tells which side of the face is meant. What another face covers is not lit.
     """
     patches = solution.patches
     front = fronts_at(solution.surroundings.table, face, points)
     patch = np.where(back, patches.back_of[front], front)
-    seen = (patch >= 0) & solution.live[patch] & (patches.behind[front, back.astype(int)] < 0)
-    return np.where(seen, patch, NONE)
+    return np.where((patch >= 0) & solution.live[patch], patch, NONE)
 
 
 def corner_radiosity(solution: Solution) -> np.ndarray:
