@@ -8,10 +8,11 @@ import pytest
 from scenes_for_tests import block, box, scene
 
 from radiosity.light.bands import RGB
+from radiosity.light.photometry import illuminance
 from radiosity.solve.solve import solve
 from radiosity.view import export
 from radiosity.view.export import arrays, check_suffix, columns, save
-from radiosity.view.polydata import shown_patches
+from radiosity.view.polydata import shown_patches, to_pyvista
 
 
 @pytest.fixture(scope="module")
@@ -95,9 +96,17 @@ def test_vtp_comes_back_as_it_went(solution, tmp_path):
     save(solution, path)
     read, shown = pyvista.read(path), shown_patches(solution)
     assert read.n_cells == len(shown)
-    assert np.array_equal(read.cell_data["radiosity_W_m2"], solution.radiosity[shown])
-    assert np.array_equal(read.cell_data["illuminance_lx"], solution.illuminance[shown])
-    assert list(read.field_data["unit"]) == ["cm"]
+    for name, values in {
+        "radiosity_W_m2": solution.radiosity,
+        "irradiance_W_m2": solution.irradiance_on,
+        "emission_W_m2": solution.emission,
+        "reflectance": solution.reflectance,
+        "illuminance_lx": solution.illuminance,
+        "error_lx": illuminance(solution.error, RGB),
+    }.items():
+        assert np.array_equal(read.cell_data[name], values[shown]), name
+    assert np.array_equal(read.points.reshape(-1, 3), to_pyvista(solution).points)
+    assert list(read.field_data["unit"]) == ["cm"] and list(read.field_data["bands"]) == [*"rgb"]
 
 
 @pytest.mark.parametrize("name", ["room.stl", "room", "room.csv.gz"])
@@ -132,7 +141,7 @@ def test_names_of_any_alphabet_survive(tmp_path):
         assert read["material_names"].tolist() == [m.name for m in materials]
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".npz", ".vtp"])
+@pytest.mark.parametrize("suffix", [".csv", ".npz", ".vtp", ".glb"])
 def test_a_failed_export_leaves_the_old_file(solution, tmp_path, monkeypatch, suffix):
     path = tmp_path / f"room{suffix}"
     path.write_text("old")

@@ -6,6 +6,16 @@ from typing import Annotated
 import typer
 
 from radiosity.cli import options as o
+from radiosity.cli.grid import (
+    GridOption,
+    MarginOption,
+    SpacingOption,
+    as_dict,
+    check_grid,
+    check_grid_in,
+    make_grid,
+    summary,
+)
 from radiosity.cli.progress import progress_bars, remark
 from radiosity.cli.session import Asked, judge, load_scene, reached_line, solve_scene
 
@@ -15,11 +25,15 @@ COLUMNS = ["x", "y", "z", "nx", "ny", "nz"]
 def probe(
     scene: o.SceneFile,
     points: Annotated[
-        str, typer.Argument(metavar="POINTS.csv", help="Columns x,y,z,nx,ny,nz; - for stdin.")
-    ],
+        str | None,
+        typer.Argument(metavar="[POINTS.csv]", help="Columns x,y,z,nx,ny,nz; - for stdin."),
+    ] = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Write .csv here instead of stdout.")
     ] = None,
+    grid: GridOption = None,
+    spacing: SpacingOption = None,
+    margin: MarginOption = None,
     accuracy: o.Accuracy = 0.02,
     bands: o.Bands = "auto",
     mesh: o.Mesh = "auto",
@@ -31,32 +45,78 @@ def probe(
     ambient: o.Ambient = 0.0,
     memory: o.Memory = None,
     threads: o.Threads = None,
+    as_json: o.Json = False,
     quiet: o.Quiet = False,
 ) -> None:
     """Irradiance in W/m2 and illuminance in lx at points, in the scene's unit of length.
 
-    Example: radiosity probe scenes/cornell_box.toml points.csv -o light.csv
-    """
-    from radiosity.transport.files import check_place, written_whole
+    With --grid also how even it is: mean, minimum, maximum and their ratios.
 
-    where = read_points(points)
+    Example: radiosity probe scenes/lroom.toml --grid 0.75 -o light.csv
+    """
+    from radiosity.transport.files import check_place
+
+    check_grid(points, grid, spacing, margin)
+    where = None if points is None else read_points(points)
     if output:
         check_place(output)
     model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
+    check_grid_in(model, grid, spacing, margin)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     with progress_bars(quiet) as progress:
-        goal = where[:, :3], where[:, 3:]
+        goal = None if where is None else (where[:, :3], where[:, 3:])
         solution = solve_scene(model, asked, progress, goal=goal)
+        made = None if grid is None else make_grid(solution, grid, spacing, margin)
+        if made is not None:
+            where = _rows(made)
         irradiance, error = solution.irradiance(where[:, :3], where[:, 3:], progress)
-    text = table(where, irradiance, error, model.bands)
     remark(reached_line(solution), quiet)
-    if output is None:
-        sys.stdout.write(text)
-    else:
+    _tell(solution, where, made, irradiance, error, output, as_json, quiet)
+    judge(solution)
+
+
+def _rows(grid):
+    """Return (k, 6) positions and normals of a grid."""
+    import numpy as np
+
+    return np.hstack([grid.points, grid.normals])
+
+
+def _tell(solution, where, grid, irradiance, error, output, as_json, quiet):
+    """Write the table to its file, or to stdout, and beside it what a grid comes to."""
+    from radiosity.light.photometry import illuminance
+    from radiosity.transport.files import written_whole
+    from radiosity.view.pointgrid import evenness
+
+    scene = solution.scene
+    text = table(where, irradiance, error, scene.bands)
+    if output is not None:
         with written_whole(output) as temporary:
             temporary.write_text(text)
         remark(f"wrote {output}", quiet)
-    judge(solution)
+    found = grid and evenness(illuminance(irradiance, scene.bands), illuminance(error, scene.bands))
+    if as_json:
+        told = {} if grid is None else as_dict(grid, found, scene.unit)
+        print(_as_json(solution, told, text))
+        return
+    if output is None:
+        sys.stdout.write(text)
+    if grid is not None:  # beside a table on stdout it is no part of it
+        print(summary(grid, found, scene.unit), file=sys.stderr if output is None else sys.stdout)
+
+
+def _as_json(solution, told, text) -> str:
+    """Return one object: what was reached, what a grid comes to, and the rows of the table."""
+    import csv
+    import json
+
+    rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(text.splitlines())]
+    reached = {
+        "scene": solution.scene.name,
+        "accuracy": solution.plan.accuracy,
+        "estimated_error": float(solution.estimate.reached),
+    }
+    return json.dumps({**reached, **told, "points": rows})
 
 
 def read_points(path: str):

@@ -13,7 +13,16 @@ def solve(
     scene: o.SceneFile,
     output: Annotated[
         str | None,
-        typer.Option("-o", "--output", help="Save to .vtp (ParaView), .csv or .npz."),
+        typer.Option("-o", "--output", help="Save to .vtp (ParaView), .glb, .csv or .npz."),
+    ] = None,
+    lightmap: Annotated[
+        int | None,
+        typer.Option(
+            "--lightmap",
+            metavar="N",
+            parser=o.at_least(1),
+            help="Bake the light of a .glb into N x N texels, written beside it too.",
+        ),
     ] = None,
     factors: Annotated[
         str | None,
@@ -44,8 +53,10 @@ def solve(
     from radiosity.view.export import check_suffix, save
 
     if output:
-        check_suffix(output)
+        check_suffix(output, lightmap)
         check_place(output)
+    elif lightmap is not None:
+        raise ValueError(f"--lightmap {lightmap} needs a file to write: add -o OUT.glb")
     saved = _load(factors, memory)
     model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
@@ -53,7 +64,8 @@ def solve(
         solution = solve_scene(model, asked, progress, saved)
     print(summary(solution))
     if output:
-        save(solution, output)
+        with progress_bars(quiet) as progress:
+            save(solution, output, lightmap=lightmap, progress=progress)
         remark(f"saved {output}", quiet)
     error = solution.truth_error()
     if error is not None:

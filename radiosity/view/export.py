@@ -9,6 +9,7 @@ from radiosity.light.bands import Bands
 from radiosity.light.photometry import illuminance
 from radiosity.solve.solution import Solution
 from radiosity.transport.files import written_whole
+from radiosity.transport.threads import Progress, silent
 from radiosity.view.polydata import SIDES, shown_patches, to_pyvista
 
 COLUMNS = (
@@ -19,33 +20,50 @@ BANDED = "emission", "irradiance", "radiosity"  # then a column each for each ba
 REST = "illuminance_lx", "error_lx"
 
 
-def check_suffix(path: str | PathLike) -> None:
+def check_suffix(path: str | PathLike, lightmap: int | None = None) -> None:
     """Refuse a file that `save` could not write, before anything is solved.
 
     Raises
     ------
     ValueError
-        The suffix is not one of the supported, which the message names.
+        The suffix is not one of the supported, which the message names, or has no ``lightmap``.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
         raise ValueError(
             f"solution file {str(path)!r} has the suffix {suffix!r}; supported are "
-            ".vtp (mesh for ParaView and pyvista), .csv (one row a patch), .npz (numpy arrays)"
+            ".vtp (mesh for ParaView and pyvista), .glb (model with baked colours), "
+            ".csv (one row a patch), .npz (numpy arrays)"
         )
+    if lightmap is not None:
+        from radiosity.view.unwrap import check_size
+
+        if suffix != ".glb":
+            raise ValueError(f"lightmap = {lightmap} is for .glb: {suffix} has no texels")
+        check_size(lightmap)
 
 
-def save(solution: Solution, path: str | PathLike) -> None:
+def save(
+    solution: Solution,
+    path: str | PathLike,
+    *,
+    lightmap: int | None = None,
+    progress: Progress = silent,
+) -> None:
     """Write a solution: whole, or not at all.
 
     ``.vtp`` holds the mesh of `to_pyvista`; ``.csv`` the columns of `columns`, one row a patch,
     in full precision; ``.npz`` plain arrays (no pickle) named as in `arrays`. All leave out the
     fronts that another face covers. Coordinates are in scene units.
 
+    ``.glb`` is a glTF model, in metres with y up, whose colours are baked: into its vertices, see
+    `radiosity.view.baked.write_baked`, or with ``lightmap`` = N into N x N texels, which are
+    written beside it too, see `radiosity.view.lightmap.save_lightmap`.
+
     Raises
     ------
     ValueError
-        For any other suffix.
+        For any other suffix; a lightmap for what is not ``.glb``, or of a size out of range.
     OSError
         Where the file cannot be written.
 
@@ -57,7 +75,12 @@ def save(solution: Solution, path: str | PathLike) -> None:
     >>> Path("room.csv").read_text()[:11]
     'index,face,'
     """
-    check_suffix(path)
+    check_suffix(path, lightmap)
+    if lightmap is not None:
+        from radiosity.view.lightmap import save_lightmap
+
+        save_lightmap(solution, Path(path), lightmap, progress)
+        return
     with written_whole(path) as temporary:
         _WRITERS[Path(path).suffix.lower()](solution, temporary)
 
@@ -110,6 +133,12 @@ def _write_vtp(solution, path):
     to_pyvista(solution).save(path)
 
 
+def _write_glb(solution, path):
+    from radiosity.view.baked import write_baked
+
+    write_baked(solution, path)
+
+
 def _write_npz(solution, path):
     with open(path, "wb") as file:
         np.savez_compressed(file, **arrays(solution))
@@ -140,4 +169,4 @@ def _write_csv(solution, path):
         writer.writerows(zip(*(c.tolist() for c in values), strict=True))
 
 
-_WRITERS = {".vtp": _write_vtp, ".csv": _write_csv, ".npz": _write_npz}
+_WRITERS = {".vtp": _write_vtp, ".glb": _write_glb, ".csv": _write_csv, ".npz": _write_npz}

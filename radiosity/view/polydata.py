@@ -6,7 +6,9 @@ import numpy as np
 
 from radiosity.light.photometry import illuminance
 from radiosity.mesh.interpolation import corner_values, find_neighbours, gradients
+from radiosity.mesh.patches import NONE
 from radiosity.solve.solution import Solution
+from radiosity.transport.lookup import fronts_at
 
 if TYPE_CHECKING:
     import pyvista
@@ -22,6 +24,17 @@ def shown_patches(solution: Solution) -> np.ndarray:
     covered = np.zeros(len(solution.patches), bool)
     covered[: solution.patches.fronts] = solution.patches.covered
     return np.flatnonzero(~covered)
+
+
+def patches_at(solution: Solution, face, back, points) -> np.ndarray:
+    """Return (k,) the lit patch at points (k, 3) on faces (k,), `NONE` where none is.
+
+    ``back`` (k,) bool tells which side of the face is meant. What another face covers is not lit.
+    """
+    patches = solution.patches
+    front = fronts_at(solution.surroundings.table, face, points)
+    patch = np.where(back, patches.back_of[front], front)
+    return np.where((patch >= 0) & solution.live[patch], patch, NONE)
 
 
 def corner_radiosity(solution: Solution) -> np.ndarray:
@@ -42,12 +55,14 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
     Returns
     -------
     pyvista.PolyData
-        ``cell_data``: ``radiosity_W_m2``, ``irradiance_W_m2``, ``reflectance`` (all bands each),
+        ``cell_data``: ``radiosity_W_m2``, ``irradiance_W_m2``, ``emission_W_m2``, ``reflectance``
+        (a column for each of the ``bands`` that ``field_data`` names),
         ``illuminance_lx``, ``error_lx`` (estimated, of the illuminance), and the integers
         ``patch`` and ``face`` (indices into the solution's patches and the scene's faces),
         ``material``, ``group`` (into the names in ``field_data``) and ``side`` (0 front, 1 back).
         ``point_data``: ``radiosity_W_m2``, interpolated to the corners. ``field_data``: ``scene``,
-        ``unit``, ``unit_m`` (metres), ``material_names``, ``group_names``, ``side_names``.
+        ``unit``, ``unit_m`` (metres), ``bands``, ``material_names``, ``group_names``,
+        ``side_names``.
 
     Examples
     --------
@@ -69,6 +84,7 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
     face = patches.face[shown]
     mesh.cell_data["radiosity_W_m2"] = solution.radiosity[shown]
     mesh.cell_data["irradiance_W_m2"] = solution.irradiance_on[shown]
+    mesh.cell_data["emission_W_m2"] = solution.emission[shown]
     mesh.cell_data["illuminance_lx"] = solution.illuminance[shown]
     mesh.cell_data["error_lx"] = illuminance(solution.error[shown], scene.bands)
     mesh.cell_data["reflectance"] = solution.reflectance[shown]
@@ -89,6 +105,7 @@ def _name(mesh, scene):
     for name, words in {
         "scene": [scene.name],
         "unit": [scene.unit],
+        "bands": scene.bands.names,
         "material_names": [m.name for m in scene.materials],
         "group_names": scene.groups,
         "side_names": SIDES,
