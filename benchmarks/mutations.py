@@ -91,12 +91,15 @@ def _outcome(read, path, k):
     """Return how reading a file ended: right, refused, dark or what went wrong."""
     import radiosity
 
-    known = radiosity.SceneError, radiosity.Refused, radiosity.NotConverged
+    known = radiosity.Refused, radiosity.NotConverged
     signal.alarm(SECONDS)
     try:
         return read(path)
-    except known as error:
-        return "refused" if str(error).strip() else f"{k}: no words"
+    except known:
+        return "refused"
+    except ValueError as error:  # a SceneError, or one that names the file
+        named = isinstance(error, radiosity.SceneError) or str(error).startswith(str(path))
+        return "refused" if named else f"{k}: {error}"
     except BaseException as error:
         return f"{k}: {type(error).__name__}: {str(error)[:60]}"
     finally:

@@ -197,7 +197,9 @@ def _read_npz(path):
     try:
         with np.load(path, allow_pickle=False) as file:
             found = {key: file[key] for key in file.files}
-    except BROKEN:
+    except (*BROKEN, OSError) as error:
+        if getattr(error, "filename", None):  # it cannot be opened
+            raise
         raise ValueError(f"{path}: is broken or no .npz file of plain arrays; {MADE_BY}") from None
     reject = _rejecter(path)
     for key in ("version", *SHAPES):
