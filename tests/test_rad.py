@@ -174,7 +174,7 @@ def test_round_surfaces_are_facets_that_look_the_right_way(kind):
 
 
 def test_a_wall_with_a_hole():
-    text = "wall polygon w 0 0 30 0 0 0 4 0 0 4 4 0 0 4 0 0 0 0 1 1 0 1 3 0 3 3 0 3 1 0 1 1 0\n"
+    text = "wall polygon w 0 0 30 0 0 0 4 0 0 4 4 0 0 4 0 1e-9 0 0 1 1 0 1 3 0 3 3 0 3 1 0 1 1 0\n"
     faces = read(WALL + text).faces
     assert faces.areas().sum() == pytest.approx(12)
     np.testing.assert_allclose(faces.normals(), np.broadcast_to([0, 0, 1], (len(faces), 3)))

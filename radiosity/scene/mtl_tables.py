@@ -10,7 +10,7 @@ from radiosity.scene.model import ReadAs, SceneError
 from radiosity.scene.mtl import Map, Statements
 
 WEAK = 0.05  # a share of light up to which no highlight, mirror or pane is modelled
-DULL = 10.0  # exponent (Ns) below which a highlight is so wide that it is none
+DULL = 10.0  # exponent (Ns) below which a highlight is so wide that it counts as diffuse
 SHARPEST = 0.01  # roughness below which metal is a mirror
 CLEAR = 0.9  # transmission from which on a body has no colour of its own
 OF_BLENDER = 0.08  # its Ks 0.5 stands for the 4 % of light that glass reflects
@@ -207,20 +207,20 @@ def _gloss(said, base, through, model, notes):
     sharp = model in (3.0, 5.0, 8.0) or (through.any() and model in (4.0, 6.0, 7.0, 9.0))
     sharp = sharp or ("Pr" in said.numbers and _roughness(said) < SHARPEST)
     exponent = _exponent(said)
-    if not sharp and exponent is None:
-        notes.append("Ks without Ns has no highlight")
-        return {}
-    if not sharp and exponent < DULL:
-        notes.append(f"Ks with Ns below {DULL:g} is no highlight and left out")
+    if not sharp and not exponent:
+        notes.append("Ks without Ns, or with Ns 0, has no highlight")
         return {}
     left = np.maximum(1.0 - base.brightest - through, 0.0)
-    share = np.minimum(share, left) if through.any() or share.max() <= WEAK else share
-    if share.max() <= WEAK:
-        notes.append(f"Ks up to {WEAK:g} counts as diffuse")
+    fits = through.any() or share.max() <= WEAK
+    share = np.minimum(share, left) if fits else _in_balance(share, base, notes)
+    dull = not sharp and exponent < DULL
+    if share.max() <= WEAK or dull:
+        why = f"with Ns below {DULL:g}" if dull else f"up to {WEAK:g}"
+        notes.append(f"Ks {why} counts as diffuse")
         if base.pixels is None:
             base.colour = base.colour + (share if sharp else _mean(share, exponent))
         return {}
-    share = (share if through.any() else _in_balance(share, base, notes)).tolist()
+    share = share.tolist()
     if sharp:
         return {"mirror": share}
     return {"specular": {"model": "blinn", "reflectance": share, "exponent": exponent}}
