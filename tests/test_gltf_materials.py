@@ -1,6 +1,8 @@
 """Materials and textures of glTF files as tables of a scene file."""
 
 import io
+import subprocess
+import sys
 import tomllib
 import zlib
 
@@ -179,7 +181,7 @@ def test_no_material_returns_more_than_it_receives():
     def one(*usual):
         return float(rng.choice([0.0, 1.0, *usual, rng.random()]))
 
-    for _ in range(150):
+    for _ in range(80):
         made = extended(
             pbr(one(), one(), one(), one(), metallic=one(), roughness=one(0.05, 0.3, 0.85),
                 alphaMode=str(rng.choice(["OPAQUE", "BLEND", "MASK"]))),
@@ -261,6 +263,17 @@ def test_a_scene_files_own_texture_lies_on_the_faces_of_a_gltf_file(tmp_path):
     near(scene.faces.uv[0], [[0, 0], [1, 0], [1, 1], [0, 1]])
     near(colour_at(scene, [0.25, 0.75]), [1, 0, 0], 1e-6)
     assert load(tmp_path / "a.glb").faces.uv is None
+
+
+def test_a_matte_file_loads_nothing_of_gloss_and_textures(tmp_path):
+    (tmp_path / "a.glb").write_bytes(square(pbr(*RED)).glb())
+    code = "import sys; from radiosity.scene.files import load; load(sys.argv[1]); "
+    code += "print([m for m in sys.modules if m.startswith('radiosity.')])"
+    ran = [sys.executable, "-c", code, str(tmp_path / "a.glb")]
+    loaded = subprocess.run(ran, capture_output=True, text=True, check=True).stdout
+    assert "radiosity.scene.gltf_materials" in loaded
+    for module in ("light.fresnel", "light.texture", "scene.textures", "scene.optics"):
+        assert f"'radiosity.{module}'" not in loaded
 
 
 def test_samplers_repeat_or_clamp():
