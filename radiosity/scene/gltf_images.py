@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 
-from radiosity.light.texture import srgb_to_linear
 from radiosity.scene.gltf_buffers import Buffers
 from radiosity.scene.gltf_json import Document, Entry
 from radiosity.scene.model import SceneError
@@ -45,6 +44,8 @@ class Picture:
     @cached_property
     def mean(self) -> np.ndarray:
         """Return the mean (3,) over the picture in linear light, where it is encoded as sRGB."""
+        from radiosity.light.texture import srgb_to_linear  # files without textures need it not
+
         return self._mean(srgb_to_linear)
 
     @cached_property
@@ -55,6 +56,8 @@ class Picture:
     @property
     def highest(self) -> np.ndarray:
         """Return the greatest value (3,) of each band, in linear light."""
+        from radiosity.light.texture import srgb_to_linear
+
         levels = np.arange(self.counts.shape[1])
         return srgb_to_linear(np.where(self.counts > 0, levels, 0).max(axis=1) / levels[-1])
 

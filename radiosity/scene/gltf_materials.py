@@ -6,7 +6,6 @@ return more light than arrives: what goes through, is mirrored and is scattered 
 
 import numpy as np
 
-from radiosity.light.fresnel import index_of_reflectance, mean_reflectance
 from radiosity.scene.gltf_images import Images
 from radiosity.scene.gltf_json import Document, Entry, Names
 from radiosity.scene.gltf_looks import Look, look_of, words
@@ -166,6 +165,8 @@ def _coat(look):
 
 
 def _index(f0):
+    from radiosity.light.fresnel import index_of_reflectance  # matte files need it not
+
     index = index_of_reflectance(np.minimum(f0, BRIGHTEST)).round(6)
     return float(index[0]) if np.ptp(index) == 0.0 else index.tolist()
 
@@ -176,6 +177,8 @@ def coat_albedo(f0: np.ndarray, roughness: float) -> np.ndarray:
     That of a smooth one times exp(-1.66 r^2): of Torrance-Sparrow's lobe with Smith's shadowing and
     an index of 1.5 it differs by less than 0.003 from r = 0.3 on.
     """
+    from radiosity.light.fresnel import index_of_reflectance, mean_reflectance
+
     smooth = mean_reflectance(index_of_reflectance(np.minimum(f0, BRIGHTEST)))
     return smooth * np.exp(-1.66 * roughness**2)
 
