@@ -190,6 +190,16 @@ def test_what_is_no_npz_is_refused(tmp_path, content):
         load_factors(tmp_path / "f.npz")
 
 
+def test_an_npz_that_points_before_its_start_is_refused(tmp_path):
+    save_factors(perturbed(6, 1e-3)[0], tmp_path / "f.npz")
+    data = bytearray((tmp_path / "f.npz").read_bytes())
+    end = data.rindex(b"PK\x05\x06")
+    data[end + 16 : end + 20] = (len(data) + 999).to_bytes(4, "little")  # where its list starts
+    (tmp_path / "f.npz").write_bytes(data)
+    with pytest.raises(ValueError, match="f.npz: is broken or no .npz file of plain arrays"):
+        load_factors(tmp_path / "f.npz")
+
+
 def test_a_single_array_is_no_npz(tmp_path):
     with (tmp_path / "f.npz").open("wb") as file:
         np.save(file, np.zeros(3))
