@@ -17,7 +17,8 @@ from radiosity.mesh.clusters import make_clusters
 from radiosity.mesh.elements import make_elements
 from radiosity.scene.model import Scene
 from radiosity.solve.equations import System, sheets_of
-from radiosity.solve.level import Kept, from_outside, suited
+from radiosity.solve.fading import suited
+from radiosity.solve.level import Kept, from_outside
 from radiosity.solve.methods import solve_bands
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach

@@ -2,7 +2,7 @@
 
 B = M_e + rho F B is linear in the light, so the answer for any mixture of groups of light is that
 mixture of their own answers. These are found together, each group in bands of its own
-(`radiosity.scene.groups.apart`), by the factors that the solution has; what they miss its sum by,
+(`radiosity.scene.apart`), by the factors that the solution has; what they miss its sum by,
 within the solver's tolerance, is given to them as their sizes are, so that they add up to it.
 """
 
@@ -11,7 +11,8 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from radiosity.scene.groups import apart, checked_factors, light_groups, material_factors, scaled
+from radiosity.scene.apart import apart
+from radiosity.scene.groups import checked_factors, light_groups, material_factors, scaled
 from radiosity.scene.model import Scene
 from radiosity.solve.adapt import smoothed
 from radiosity.solve.clustered import Clustered, grouped, under_other_light
