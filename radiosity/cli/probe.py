@@ -6,13 +6,15 @@ from typing import Annotated
 import typer
 
 from radiosity.cli import options as o
+from radiosity.cli.given import load_given
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, judge, load_scene, reached_line, solve_scene
+from radiosity.cli.session import Asked, judge, reached_line, scene_of, solve_scene
 
 COLUMNS = ["x", "y", "z", "nx", "ny", "nz"]
 
 
 def probe(
+    context: typer.Context,
     scene: o.SceneFile,
     points: Annotated[
         str, typer.Argument(metavar="POINTS.csv", help="Columns x,y,z,nx,ny,nz; - for stdin.")
@@ -29,6 +31,7 @@ def probe(
     time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
+    dim: o.Dim = None,
     memory: o.Memory = None,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
@@ -42,11 +45,12 @@ def probe(
     where = read_points(points)
     if output:
         check_place(output)
-    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
+    given = load_given(context, scene, asked, bands, ambient, dim)
+    model = scene_of(given)
     with progress_bars(quiet) as progress:
         goal = where[:, :3], where[:, 3:]
-        solution = solve_scene(model, asked, progress, goal=goal)
+        solution = solve_scene(given, asked, progress, goal=goal)
         irradiance, error = solution.irradiance(where[:, :3], where[:, 3:], progress)
     text = table(where, irradiance, error, model.bands)
     remark(reached_line(solution), quiet)
@@ -56,7 +60,7 @@ def probe(
         with written_whole(output) as temporary:
             temporary.write_text(text)
         remark(f"wrote {output}", quiet)
-    judge(solution)
+    judge(solution, given)
 
 
 def read_points(path: str):

@@ -180,6 +180,15 @@ class Solution:
         """Return the names of the groups of light, see `radiosity.scene.groups.light_groups`."""
         return light_groups(self.scene) if self.given is None else self.given.names
 
+    @property
+    def can_dim(self) -> bool:
+        """Whether groups of light are told apart: `dimmed` raises ValueError where they are not."""
+        if self.given is not None:
+            return True
+        from radiosity.solve.relight import MOST_GROUPS
+
+        return len(self.groups) <= MOST_GROUPS
+
     def dimmed(self, factors: Mapping[str, float]) -> "Solution":
         """Return the solution for the same scene with groups of light scaled, without solving.
 
