@@ -154,6 +154,8 @@ def _small(tree, arrays, where):
     kind = _part(tree, "type", str, where)
     whole = all(isinstance(n, int) and 0 <= n for n in shape) and len(shape) <= 8
     plain = all(isinstance(x, int | float) or x in ("inf", "-inf", "nan") for x in values)
+    if kind in ("<i8", "|u1"):
+        plain = all(type(x) is int and abs(x) < 1 << 63 for x in values)
     if kind not in TYPES or not whole or not plain or len(values) > 2 * SMALL:
         raise Unreadable(f"{where} is no array of numbers")
     flat = np.array(list(map(float, values)) if kind[1] in "fc" else values)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from radiosity.scene.geometry import LONGEST
 from radiosity.solve.relight import PARTS
 
 FINEST = 1 << 15  # cells along an edge of a face
@@ -45,6 +46,8 @@ def _scene(saved):
     n = len(bands.names)
     if not f or not scene.materials or not n or not (np.isfinite(scene.unit_m) and scene.unit_m):
         return "the scene has no faces, materials, bands or unit"
+    if not np.all(np.abs(faces.vertices) <= LONGEST):
+        return f"faces.vertices must be finite and at most {LONGEST:g}"
     return _first(
         _shaped("faces.vertices", faces.vertices, (f, 4, 3)),
         _shaped("faces.material", faces.material, (f,), "i"),
