@@ -5,6 +5,9 @@ import pytest
 from test_cli import FURNACE, radiosity, refused
 
 from radiosity.cli.options import parse_dim
+from radiosity.cli.session import load_scene
+from radiosity.scene.model import SceneError
+from radiosity.solve.load import load
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +27,7 @@ def test_info_tells_what_can_be_dimmed(room):
 def test_what_was_solved_is_probed_and_dimmed(room):
     """In the furnace the irradiance is B everywhere, 1.25, 4 and 2.5 W/m2."""
     points = "x,y,z,nx,ny,nz\n0.5,0.5,0.5,0,0,1\n"
-    names = radiosity("info", "room.radsol", cwd=room).stdout.splitlines()[-1][5:].split(", ")
+    names = load(room / "room.radsol").groups
     dim = [x for name in names for x in ("--dim", f"{name}=0.5")]
     process = radiosity("probe", "room.radsol", "-", *dim, cwd=room, stdin=points)
     assert process.returncode == 0 and "solved before" in process.stderr
@@ -45,13 +48,19 @@ def test_pictures_come_from_what_was_solved(room):
     [
         (("render", "room.radsol", "-o", "a.png", "--accuracy", "0.1", "--ambient", "1"),
          ("is solved, so --accuracy, --ambient cannot change it",)),
-        (("plan", "room.radsol"), ("is solved: name the scene", "info room.radsol tells")),
         (("solve", FURNACE, "--dim", "sun=1"), ("no light is called 'sun'", "Groups of light are")),
-        (("solve", "rom.radsol"), ("rom.radsol: does not exist: did you mean", "room.radsol")),
     ],
 )  # fmt: skip
 def test_what_is_refused(room, asked, words):
     refused(radiosity(*asked, cwd=room), *words)
+
+
+def test_verbs_that_plan_a_solution_want_a_scene(room):
+    path = str(room / "room.radsol")
+    with pytest.raises(ValueError, match="is solved: name the scene instead; radiosity info"):
+        load_scene(path, "auto", 0.0, True)
+    with pytest.raises(SceneError, match="does not exist: did you mean room.radsol"):
+        load(room / "rom.radsol")
 
 
 def test_factors_as_typed():
