@@ -35,8 +35,8 @@ def with_lamps(scene):
 CASES = {
     "cornell_box, 1 %": (lambda: radiosity.load(CORNELL), 0.01),
     "cornell_box with lamps, 1 %": (lambda: with_lamps(radiosity.load(CORNELL)), 0.01),
-    "furnished, 30,000 triangles, 10 %": (lambda: furnished(30_000), 0.1),
     "mirror_room, 5 %": (lambda: radiosity.load(CORNELL.with_name("mirror_room.toml")), 0.05),
+    "furnished, 30,000 triangles, 10 %": (lambda: furnished(30_000), 0.1),
     "the same with lamps, 10 %": (lambda: with_lamps(furnished(30_000)), 0.1),
 }
 
