@@ -29,7 +29,7 @@ _HOMES = {
     "SceneError": "radiosity.scene.model",
     "Solution": "radiosity.solve.solution",
     "form_factors": "radiosity.solve.matrix",
-    "load": "radiosity.scene.files",
+    "load": "radiosity.solve.load",
     "load_factors": "radiosity.transport.store",
     "plot": "radiosity.view.window",
     "render": "radiosity.view.methods",

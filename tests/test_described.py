@@ -49,7 +49,7 @@ def test_the_scene_files_own_definitions_win():
     light = {"type": "point", "position": [5, 5, 5], "intensity": 2}
     found = scene(brought(), materials=own, cameras=camera, lights=[light])
     np.testing.assert_array_equal(found.materials[0].diffuse, [0.7] * 3)
-    assert found.read_as == {}
+    assert found.read_as == {"coat": ReadAs("as the scene file has it", {"diffuse": 0.7})}
     assert list(found.cameras) == ["eye", "eye-2"]
     assert found.cameras["eye"].position[0] == 9
     assert [type(s).__name__ for s in found.lights] == ["Point", "Spot"]

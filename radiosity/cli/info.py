@@ -1,19 +1,45 @@
 """``radiosity info``."""
 
+import typer
+
 from radiosity.cli import options as o
+from radiosity.cli.given import refuse_solving
+from radiosity.cli.session import reached_line
 
 
-def info(scene: o.SceneFile, bands: o.Bands = "auto", as_json: o.Json = False) -> None:
+def info(
+    context: typer.Context, scene: o.SceneFile, bands: o.Bands = "auto", as_json: o.Json = False
+) -> None:
     """Print what was read from a scene's files: materials, lights, cameras, mesh findings.
 
-    With --json the mesh, its findings and the notes.
+    Of a .radsol file also how it was solved, and what was reached. With --json the mesh, its
+    findings and the notes.
 
     Example: radiosity info scenes/cornell_box.toml
     """
-    from radiosity.scene.files import load
+    from radiosity.solve.load import is_solved, load
 
-    model = load(scene, bands=bands)
-    print(_as_json(model) if as_json else describe(model))
+    show = _as_json if as_json else describe
+    if not is_solved(scene):
+        print(show(load(scene, bands=bands)))
+        return
+    refuse_solving(context, scene)
+    solution = load(scene)
+    print("\n".join([show(solution.scene), *([] if as_json else _solved(solution))]))
+
+
+def _solved(solution) -> list[str]:
+    """Return how a scene was solved, what was reached, and what of its light can be dimmed."""
+    level, recipe = solution.level, solution.level.recipe
+    kind = "linear" if recipe.order else "constant"
+    kind = "clusters of constant" if solution.plan.clusters else kind
+    return [
+        "",
+        f"solved: {len(solution.patches)} patches, {kind} elements, {len(level.history)} "
+        f"iterations of {level.solver}, seed {solution.seed}",
+        f"error: {reached_line(solution)}",
+        f"dim: {', '.join(solution.groups) if solution.can_dim else 'too many groups of light'}",
+    ]
 
 
 def describe(scene) -> str:
@@ -61,16 +87,18 @@ def _view(camera, unit) -> str:
 
 def _lights(scene) -> list[str]:
     """Return the abstract light sources, and what enters from outside."""
+    from radiosity.scene.groups import AMBIENT, groups_of_lights
+
     lines = ["", f"{'light':16}{'position or direction':26} {'W/sr or W/m2':28} group"]
-    for light in scene.lights:
+    for light, group in zip(scene.lights, groups_of_lights(scene), strict=True):
         kind = type(light).__name__.lower()
         where = light.direction if kind == "directional" else light.position
         strength = _light(light.strength, scene.bands)
-        lines.append(f"{kind:16}{_bands(where):26} {strength:28} {light.group or '-'}")
+        lines.append(f"{kind:16}{_bands(where):26} {strength:28} {group}")
         lines += _read_as(light, scene.bands)
     if scene.ambient.any():
         strength = _light(scene.ambient, scene.bands)
-        lines.append(f"{'ambient':16}{'from outside, W/(m2 sr)':26} {strength:28} -")
+        lines.append(f"{'ambient':16}{'from outside, W/(m2 sr)':26} {strength:28} {AMBIENT}")
     return lines if len(lines) > 2 else []
 
 

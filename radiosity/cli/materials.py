@@ -1,9 +1,9 @@
 """``radiosity materials``."""
 
 import json
-from pathlib import Path
 
 from radiosity.cli import options as o
+from radiosity.cli.session import scene_of
 
 
 def materials(scene: o.SceneFile, as_json: o.Json = False) -> None:
@@ -11,40 +11,22 @@ def materials(scene: o.SceneFile, as_json: o.Json = False) -> None:
 
     Example: radiosity materials room.glb
     """
-    from radiosity.scene.files import load
+    from radiosity.solve.load import load
 
-    found = read_as(load(scene), scene)
+    found = read_as(scene_of(load(scene)))
     if as_json:
         print(json.dumps(found, indent=2))
         return
     print("\n\n".join(f"# {said['origin']}\n{toml(name, said)}" for name, said in found.items()))
 
 
-def read_as(scene, path: str) -> dict[str, dict]:
+def read_as(scene) -> dict[str, dict]:
     """Return by name where a material comes from, and its table."""
     from radiosity.scene.assemble import DEFAULT_REFLECTANCE
+    from radiosity.scene.model import ReadAs
 
-    own, found = _own(path), {}
-    for material in scene.materials:
-        name = material.name
-        said = scene.read_as.get(name)
-        if said is not None:
-            found[name] = {"origin": said.origin, "table": said.table}
-        elif name in own:
-            found[name] = {"origin": "as this scene file has it", "table": own[name]}
-        else:
-            table = {"diffuse": DEFAULT_REFLECTANCE}
-            found[name] = {"origin": "defined nowhere, taken by default", "table": table}
-    return found
-
-
-def _own(path):
-    """Return the tables of the materials that a scene file defines itself."""
-    import tomllib
-
-    if Path(path).suffix.lower() != ".toml":
-        return {}
-    return tomllib.loads(Path(path).read_text("utf-8-sig")).get("materials", {})
+    default = ReadAs("defined nowhere, taken by default", {"diffuse": DEFAULT_REFLECTANCE})
+    return {m.name: vars(scene.read_as.get(m.name, default)) for m in scene.materials}
 
 
 def toml(name: str, said: dict) -> str:

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from radiosity.cli.options import use_threads
-from radiosity.cli.session import Asked, solve_scene
+from radiosity.cli.session import Asked, scene_of, solve_scene
 
 MethodOption = Annotated[
     str,
@@ -45,13 +45,14 @@ def check_method(method: str, shadows: bool, asked: Asked) -> None:
             )
 
 
-def view_by(method: str, shadows: bool, model, asked: Asked, progress):
+def view_by(method: str, shadows: bool, given, asked: Asked, progress):
     """Return what pictures of a scene are made of: its solution, or what stands for one."""
     if method == "gather":
-        return solve_scene(model, asked, progress)
+        return solve_scene(given, asked, progress)
     from radiosity.view.methods import make_stage
 
     use_threads(asked.threads)
-    return make_stage(
-        model, method == "local", shadows=shadows, accuracy=asked.accuracy, seed=asked.seed
-    )
+    accuracy, seed, scene = asked.accuracy, asked.seed, scene_of(given)
+    if scene is not given:
+        accuracy, seed = given.plan.accuracy, given.seed
+    return make_stage(scene, method == "local", shadows=shadows, accuracy=accuracy, seed=seed)

@@ -29,7 +29,8 @@ def at_least(least: int):
 SceneFile = Annotated[
     str,
     typer.Argument(
-        metavar="SCENE", help="Scene file: .toml, .glb, .gltf, .obj, .ply, .stl or .rad."
+        metavar="SCENE",
+        help="Scene file: .toml, .glb, .gltf, .obj, .ply, .stl or .rad; or .radsol: solved.",
     ),
 ]
 Accuracy = Annotated[
@@ -97,6 +98,14 @@ Ambient = Annotated[
         help="Radiance in W/(m2 sr) that enters open scenes from all around.",
     ),
 ]
+Dim = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--dim",
+        metavar="NAME=FACTOR",
+        help="Scale a group of light, a material that emits, or ambient: 0 is off. Repeatable.",
+    ),
+]
 Memory = Annotated[
     str | None,
     typer.Option(
@@ -150,6 +159,23 @@ def parse_memory(text: str | None) -> float | None:
         return float(match[1]) * 1000.0 ** " kmgt".index(match[2] or " ")
     except (TypeError, ValueError):
         raise ValueError(f"--memory {text!r} must be a size such as 4GB or 500MB") from None
+
+
+def parse_dim(texts: list[str] | None) -> dict[str, float]:
+    """Return the factors of ``lamps=0.5`` and the like by their names."""
+    found = {}
+    for text in texts or []:
+        name, sign, factor = text.rpartition("=")
+        try:
+            value = float(factor)
+        except ValueError:
+            sign = ""
+        if not sign or not name:
+            raise ValueError(f"--dim {text!r} must be NAME=FACTOR, such as lamps=0.5")
+        if name in found:
+            raise ValueError(f"--dim names {name!r} twice: give it one factor")
+        found[name] = value
+    return found
 
 
 def percent(share: float) -> str:

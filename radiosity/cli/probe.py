@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from radiosity.cli import options as o
+from radiosity.cli.given import load_given
 from radiosity.cli.grid import (
     GridOption,
     MarginOption,
@@ -17,12 +18,13 @@ from radiosity.cli.grid import (
     summary,
 )
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, judge, load_scene, reached_line, solve_scene
+from radiosity.cli.session import Asked, judge, reached_line, scene_of, solve_scene
 
 COLUMNS = ["x", "y", "z", "nx", "ny", "nz"]
 
 
 def probe(
+    context: typer.Context,
     scene: o.SceneFile,
     points: Annotated[
         str | None,
@@ -43,6 +45,7 @@ def probe(
     time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
+    dim: o.Dim = None,
     memory: o.Memory = None,
     threads: o.Threads = None,
     as_json: o.Json = False,
@@ -60,19 +63,20 @@ def probe(
     where = None if points is None else read_points(points)
     if output:
         check_place(output)
-    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
-    check_grid_in(model, grid, spacing, margin)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
+    given = load_given(context, scene, asked, bands, ambient, dim)
+    model = scene_of(given)
+    check_grid_in(model, grid, spacing, margin)
     with progress_bars(quiet) as progress:
         goal = None if where is None else (where[:, :3], where[:, 3:])
-        solution = solve_scene(model, asked, progress, goal=goal)
+        solution = solve_scene(given, asked, progress, goal=goal)
         made = None if grid is None else make_grid(solution, grid, spacing, margin)
         if made is not None:
             where = _rows(made)
         irradiance, error = solution.irradiance(where[:, :3], where[:, 3:], progress)
     remark(reached_line(solution), quiet)
     _tell(solution, where, made, irradiance, error, output, as_json, quiet)
-    judge(solution)
+    judge(solution, given)
 
 
 def _rows(grid):

@@ -8,14 +8,16 @@ import typer
 
 from radiosity.cli import display as d
 from radiosity.cli import options as o
+from radiosity.cli.given import load_given
 from radiosity.cli.method import MethodOption, ShadowsOption, check_method, view_by
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, load_scene
+from radiosity.cli.session import Asked, scene_of
 
 FORBIDDEN = '/\\<>:"|?*'  # in file names, here or on other systems
 
 
 def render(
+    context: typer.Context,
     scene: o.SceneFile,
     output: Annotated[
         str, typer.Option("-o", "--output", help="Picture: .png, or linear .exr, .hdr, .npy.")
@@ -46,6 +48,7 @@ def render(
     time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
+    dim: o.Dim = None,
     memory: o.Memory = None,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
@@ -63,14 +66,15 @@ def render(
     check_place(output)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     check_method(method, shadows, asked)
-    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
+    given = load_given(context, scene, asked, bands, ambient, dim)
+    model = scene_of(given)
     views = _views(model, camera, all_cameras, Path(output))
     pixels = o.parse_size(size)
     for chosen, path in views:
         picture_size(chosen, pixels, model.bands)
         check_place(path)
     with progress_bars(quiet) as progress:
-        solution = view_by(method, shadows, model, asked, progress)
+        solution = view_by(method, shadows, given, asked, progress)
     for chosen, path in views:
         with progress_bars(quiet) as progress:
             image = gather(solution, chosen, size=pixels, samples=samples, progress=progress)

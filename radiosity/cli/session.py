@@ -17,7 +17,13 @@ def load_scene(
     """
     from radiosity.light.palette import palette_of
     from radiosity.scene.files import load
+    from radiosity.solve.load import is_solved
 
+    if is_solved(path):
+        raise ValueError(
+            f"{path} is solved: name the scene instead; radiosity info {path} tells how it was "
+            "solved and what was reached"
+        )
     if not 0 <= ambient < float("inf"):
         raise ValueError(f"--ambient {ambient} must be a radiance of at least 0 W/(m2 sr)")
     scene = load(path, merge=mesh != "input", bands=bands, accuracy=accuracy)
@@ -50,8 +56,15 @@ class Asked:
     quiet: bool
 
 
+def scene_of(given):
+    """Return a scene, or that of a solution."""
+    return getattr(given, "scene", given)
+
+
 def solve_scene(scene, asked: Asked, progress, factors=None, goal=None):
-    """Solve a scene and remark on the result in two lines."""
+    """Solve a scene and remark on the result in two lines; return a solution as it is."""
+    if scene_of(scene) is not scene:
+        return scene
     import time
 
     from radiosity.solve.requirements import why_gmres
@@ -107,9 +120,14 @@ def budget_line(solution) -> str:
     return f"of it: {listed}; half the error takes about {HALVING:.0f} times as long"
 
 
-def judge(solution) -> None:
-    """End with exit code 1 where a mesh that the program chose did not reach the accuracy."""
+def judge(solution, given=None) -> None:
+    """End with exit code 1 where a mesh that the program chose did not reach the accuracy.
+
+    But not where the solution was ``given``: nothing was asked for then.
+    """
     reached, plan = solution.estimate.reached, solution.plan
+    if solution is given:
+        return
     if plan.adapts and plan.seconds is None and reached > plan.accuracy:
         remark(
             f"radiosity: reached an estimated error of {100 * reached:.4g} %, more than the "

@@ -5,15 +5,20 @@ from typing import Annotated
 import typer
 
 from radiosity.cli import options as o
+from radiosity.cli.given import load_given
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, budget_line, judge, load_scene, reached_line, solve_scene
+from radiosity.cli.session import Asked, budget_line, judge, reached_line, scene_of, solve_scene
 
 
 def solve(
+    context: typer.Context,
     scene: o.SceneFile,
     output: Annotated[
         str | None,
-        typer.Option("-o", "--output", help="Save to .vtp (ParaView), .glb, .csv or .npz."),
+        typer.Option(
+            "-o", "--output",
+            help="Save to .radsol (all of it), .vtp (ParaView), .glb, .csv or .npz.",
+        ),
     ] = None,
     lightmap: Annotated[
         int | None,
@@ -41,6 +46,7 @@ def solve(
     time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
+    dim: o.Dim = None,
     memory: o.Memory = None,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
@@ -58,10 +64,11 @@ def solve(
     elif lightmap is not None:
         raise ValueError(f"--lightmap {lightmap} needs a file to write: add -o OUT.glb")
     saved = _load(factors, memory)
-    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
+    given = load_given(context, scene, asked, bands, ambient, dim)
+    model = scene_of(given)
     with progress_bars(quiet) as progress:
-        solution = solve_scene(model, asked, progress, saved)
+        solution = solve_scene(given, asked, progress, saved)
     print(summary(solution))
     if output:
         with progress_bars(quiet) as progress:
@@ -71,7 +78,7 @@ def solve(
     if error is not None:
         bound = model.truth.relative_tolerance
         print(f"truth: relative error {error:.2e}, stated {bound:g} on mesh {model.truth.mesh}")
-    judge(solution)
+    judge(solution, given)
 
 
 def _load(path, memory):

@@ -8,12 +8,14 @@ import typer
 
 from radiosity.cli import display as d
 from radiosity.cli import options as o
+from radiosity.cli.given import load_given
 from radiosity.cli.method import MethodOption, ShadowsOption, check_method, view_by
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, load_scene
+from radiosity.cli.session import Asked, scene_of
 
 
 def view(
+    context: typer.Context,
     scene: o.SceneFile,
     camera: o.CameraName = None,
     size: o.Size = None,
@@ -35,6 +37,7 @@ def view(
     time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
+    dim: o.Dim = None,
     memory: o.Memory = None,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
@@ -58,12 +61,13 @@ def view(
     pixels = o.parse_size(size)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     check_method(method, shadows, asked)
-    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
+    given = load_given(context, scene, asked, bands, ambient, dim)
+    model = scene_of(given)
     chosen = find_camera(model, camera)
     picture_size(chosen, pixels, model.bands)
     shown = screenshot is None and display_available()
     with progress_bars(quiet) as progress:
-        solution = view_by(method, shadows, model, asked, progress)
+        solution = view_by(method, shadows, given, asked, progress)
         if not shown:
             image = render(solution, chosen, size=pixels, samples=samples, progress=progress)
     scale = false_colour and false_colour.of(solution)

@@ -91,6 +91,10 @@ class Point(Source):
         """Return the same source with another intensity (bands,)."""
         return replace(self, intensity=intensity)
 
+    def of_strength(self, strength: np.ndarray) -> "Point":
+        """Return the same source of another strength (bands,), its intensity."""
+        return self.of_intensity(strength)
+
     def moved(self, turn: np.ndarray, shift: np.ndarray) -> "Point":
         """Return the same source at turn @ position + shift, turned (3, 3) or mirrored."""
         axis = getattr(self, "axis", None)
@@ -210,6 +214,10 @@ class Directional(Source):
     def strength(self) -> np.ndarray:
         """Return (bands,) the irradiance in W/m2."""
         return self.irradiance
+
+    def of_strength(self, strength: np.ndarray) -> "Directional":
+        """Return the same light of another strength (bands,), its irradiance."""
+        return replace(self, irradiance=strength)
 
     def problems(self) -> list[str]:
         """Return what is wrong with it beside its strength, as ends of sentences."""

@@ -27,12 +27,13 @@ def with_described(raw: dict, geometry: Geometry) -> dict:
 def read_as(raw: dict, geometry: Geometry) -> dict[str, ReadAs]:
     """Return how the materials were read that ``raw``, with those of geometry files, has of them.
 
-    Those that a scene file defines itself are not among them.
+    A scene file's own tables are what they are.
     """
-    tables = raw.get("materials", {})
-    return {
-        name: said for name, said in geometry.materials.items() if tables.get(name) is said.table
-    }
+    found = {name: ReadAs("as the scene file has it", x) for name, x in raw["materials"].items()}
+    return found | {
+        name: said for name, said in geometry.materials.items()
+        if name in found and found[name].table is said.table
+    }  # fmt: skip
 
 
 def _used(own, geometry):

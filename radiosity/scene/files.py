@@ -104,7 +104,7 @@ def read_geometry(
 
 def read_bytes(path: Path) -> bytes:
     """Return the content of a regular file of at most 1 GiB; raise SceneError otherwise."""
-    problem = _file_problem(path)
+    problem = file_problem(path)
     if problem is None:
         try:
             return path.read_bytes()
@@ -113,8 +113,8 @@ def read_bytes(path: Path) -> bytes:
     raise SceneError(str(path), [problem])
 
 
-def _file_problem(path):
-    """Return why a path is no file to read, or None."""
+def file_problem(path: Path, largest: int = LARGEST) -> str | None:
+    """Return why a path is no file of at most so many bytes to read, or None."""
     try:
         if path.is_dir():
             return "is a folder: name a file in it"
@@ -125,8 +125,9 @@ def _file_problem(path):
         size = path.stat().st_size
     except (OSError, ValueError) as error:
         return f"cannot be read: {error}"
-    if size > LARGEST:
-        return f"has {size} bytes, at most {LARGEST} (1 GiB) are read: reduce the mesh"
+    if size > largest:
+        most = f"at most {largest} ({largest >> 30} GiB) are read"
+        return f"has {size} bytes, {most}: reduce the mesh"
     return None
 
 

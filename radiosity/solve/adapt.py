@@ -21,7 +21,7 @@ from radiosity.solve.estimate import (
     compare,
     raised,
 )
-from radiosity.solve.level import Level, solve_level
+from radiosity.solve.level import Kept, Level, solve_level
 from radiosity.solve.plan import (
     MOST_CLUSTERS,
     MOST_LINEAR,
@@ -258,5 +258,5 @@ def smoothed(level: Level) -> Level:
     slopes = elements.slopes(slope).reshape(-1, slope.shape[1])
     sight = level.senders.sight
     senders = make_senders(elements, sight.geometry, level.senders.visibility, sight.tolerance)
-    both = np.concatenate([level.coefficients, slopes])
-    return replace(level, senders=senders, coefficients=both)
+    both, kept = np.concatenate([level.coefficients, slopes]), Kept(level.straight, level.escaping)
+    return replace(level, senders=senders, coefficients=both, kept=kept)

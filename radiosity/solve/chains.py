@@ -1,5 +1,7 @@
 """What a scene's mirrors, clear bodies and lobes carry between the elements of a mesh (E23)."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from radiosity.mesh.elements import Elements, make_elements, make_nodes
@@ -7,6 +9,7 @@ from radiosity.scene.model import Scene
 from radiosity.solve.optics import make_optics
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
+from radiosity.solve.system import lights_of
 from radiosity.transport.aiming import make_targets
 from radiosity.transport.arrival import Arrival
 from radiosity.transport.caustics import FEWEST, MOST, find_caustics
@@ -17,6 +20,10 @@ from radiosity.transport.paths import Space
 from radiosity.transport.threads import Progress, over_ranges
 from radiosity.transport.tracer import Tracer
 from radiosity.transport.visibility import LIFT
+
+if TYPE_CHECKING:
+    from radiosity.solve.clustered import Clustered
+    from radiosity.solve.level import Level
 
 AT_POINTS = 8  # rays from a point that is asked for, to those from a node
 PARTS = 4  # that they are cast in, to tell their noise
@@ -58,6 +65,17 @@ def make_tracer(
     return Tracer(*made, targets, images, _caustics(scene, space, recipe))
 
 
+def tracer_of(level: "Level | Clustered") -> Tracer:
+    """Return the tracer of a solved level, of its scene as it is now."""
+    rows = np.flatnonzero(level.reach.live)
+    made = level.scene, level.reach, make_elements(level.reach.patches, rows, level.recipe.order)
+    emission, senders = level.terms.emission[rows], getattr(level, "senders", None)
+    if senders is None:
+        return make_tracer(*made, emission, np.zeros(0), level.recipe, level.lights, exactly=False)
+    lights = lights_of(level.scene)
+    return make_tracer(*made, emission, senders.sight.tolerance, level.recipe, lights)
+
+
 def _caustics(scene, space, recipe):
     """Return the light of lamps by way of mirrors and clear bodies, None where there is none."""
     targets = make_targets(scene.faces, space.visibility, space.optics.wanted(lobes=False))
@@ -69,18 +87,22 @@ def _caustics(scene, space, recipe):
 
 
 def chains_of(
-    tracer: Tracer, reach: Reach, recipe: Recipe, constant: bool, progress: Progress
+    tracer: Tracer, reach: Reach, recipe: Recipe, constant: bool, progress: Progress,
+    known: Chains | None = None,
 ) -> Chains:
-    """Return what arrives at the elements of the live patches by way of other surfaces."""
+    """Return what arrives at the elements of the live patches by way of other surfaces.
+
+    ``known`` are those of the same mesh under other light.
+    """
     elements, rows = tracer.elements, np.flatnonzero(reach.live)
     linear = elements if elements.order == 1 else make_elements(reach.patches, rows, 1)
-    found = find_chains(tracer, make_nodes(linear), recipe.chained, progress)
+    found = find_chains(tracer, make_nodes(linear), recipe.chained, progress, known)
     return found.without_slopes(len(rows)) if constant else found
 
 
 def cluster_chains_of(
     scene: Scene, reach: Reach, emission: np.ndarray, recipe: Recipe, labels: np.ndarray,
-    lights: Lights,
+    lights: Lights, known: Chains | None = None,
 ) -> tuple[Tracer, Chains]:
     """Return what follows light back to live patches, and what comes so to their clusters."""
     rows = np.flatnonzero(reach.live)
@@ -88,7 +110,7 @@ def cluster_chains_of(
     made = scene, reach, elements, emission, np.zeros(0), recipe, lights
     tracer = make_tracer(*made, exactly=False)
     rays = int(np.clip(recipe.counted // max(1, labels.max(initial=0) + 1), *RAYS))
-    return tracer, cluster_chains(tracer, reach.patches, rows, labels, rays)
+    return tracer, cluster_chains(tracer, reach.patches, rows, labels, rays, known)
 
 
 def arriving_by_chains(

@@ -17,7 +17,8 @@ from radiosity.mesh.clusters import make_clusters
 from radiosity.mesh.elements import make_elements
 from radiosity.scene.model import Scene
 from radiosity.solve.equations import System, sheets_of
-from radiosity.solve.level import from_outside, suited
+from radiosity.solve.fading import suited
+from radiosity.solve.level import Kept, from_outside
 from radiosity.solve.methods import solve_bands
 from radiosity.solve.plan import Recipe
 from radiosity.solve.reach import Reach
@@ -70,14 +71,16 @@ class Clustered:
         Between clusters, not closed, by half of the rays.
     chains, tracer : Chains, Tracer, optional
         What comes to clusters by way of mirrors, clear bodies and lobes.
+    kept : Kept, optional
+        In place of what labels, factors and ``chains`` tell of the answer, which are None then.
     """
 
     scene: Scene
     reach: Reach
     terms: Terms
     recipe: Recipe
-    labels: np.ndarray
-    factors: FormFactors
+    labels: np.ndarray | None
+    factors: FormFactors | None
     lights: Lights
     straight: np.ndarray
     lamplight: np.ndarray
@@ -89,6 +92,7 @@ class Clustered:
     half: FormFactors | None = None
     chains: "Chains | None" = None
     tracer: "Tracer | None" = None
+    kept: Kept | None = None
 
     @property
     def rows(self) -> np.ndarray:
@@ -109,6 +113,8 @@ class Clustered:
     @property
     def escaping(self) -> np.ndarray:
         """Return (m, bands): the radiosity of each live patch that leaves the scene, W/m2."""
+        if self.kept is not None:
+            return self.kept.escaping
         gone = self.outside[:, None]
         if self.chains is not None:
             gone = gone + self.chains.escaping[self.labels]
@@ -161,10 +167,7 @@ def solve_clusters(
 ) -> Clustered:  # fmt: skip
     """Solve a mesh of many patches by so many clusters; see `solve_level` for what it raises."""
     patches, rows = reach.patches, np.flatnonzero(reach.live)
-    terms, lights = make_terms(scene, patches, reach.live), lights_of(scene, MOST_LIGHTS)
     labels = make_clusters(patches, rows, _kinds(scene, patches, rows), clusters)
-    straight = _straight(reach, rows, lights.without_lamps(), recipe.seed, progress)
-    lamplight = _lamplight(reach, rows, lights)
     n = labels.max(initial=-1) + 1
     half = int(np.clip(recipe.counted // max(1, n), *RAYS)) // 2
     area = np.bincount(labels, patches.area[rows], n)
@@ -174,11 +177,27 @@ def solve_clusters(
         for some in (range(half), range(half, 2 * half))
     )  # fmt: skip
     factors = repaired(counted_factors(one + two, area, 2 * half))
-    tracer, chains = _chains(scene, reach, terms.emission[rows], recipe, labels, lights)
+    made = _lit(scene, reach, recipe, labels, factors, None, progress, watch)
+    return replace(made, half=counted_factors(one, area, half))
+
+
+def under_other_light(level: Clustered, scene: Scene, progress: Progress = silent) -> Clustered:
+    """Return the same clusters, solved for a scene of the same surfaces under other light."""
+    made = level.reach, level.recipe, level.labels, level.factors, level.chains
+    return replace(_lit(scene, *made, progress, None), half=level.half)
+
+
+def _lit(scene, reach, recipe, labels, factors, known, progress, watch) -> Clustered:
+    """Solve a scene by the factors of its clusters; see `find_chains` for what is ``known``."""
+    rows = np.flatnonzero(reach.live)
+    terms, lights = make_terms(scene, reach.patches, reach.live), lights_of(scene, MOST_LIGHTS)
+    straight = _straight(reach, rows, lights.without_lamps(), recipe.seed, progress)
+    lamplight = _lamplight(reach, rows, lights)
+    tracer, chains = _chains(scene, reach, terms.emission[rows], recipe, labels, lights, known)
     made = solved(
         scene, reach, recipe, terms, lights, labels, factors, straight, lamplight, chains, watch
     )
-    return replace(made, half=counted_factors(one, area, half), tracer=tracer)
+    return replace(made, tracer=tracer)
 
 
 def coarser(level: Clustered, clusters: int) -> Clustered:
@@ -189,22 +208,26 @@ def coarser(level: Clustered, clusters: int) -> Clustered:
     above = np.zeros(n, int)  # a cluster goes where its first patch goes
     above[level.labels[::-1]] = labels[::-1]
     above = np.unique(above, return_inverse=True)[1]
-    parts = level.scene, level.reach, level.recipe, level.terms, level.lights
-    factors, chains = repaired(level.half.grouped(above)), None
+    return grouped(level, above, repaired(level.half.grouped(above)))
+
+
+def grouped(level: Clustered, above: np.ndarray, factors: FormFactors) -> Clustered:
+    """Return the same with its clusters in groups ``above`` (clusters,) of these factors."""
+    parts, chains = (level.scene, level.reach, level.recipe, level.terms, level.lights), None
     if level.chains is not None:
-        area = np.bincount(level.labels, patches.area[rows], n)
+        area = np.bincount(level.labels, level.reach.patches.area[level.rows], len(above))
         chains = level.chains.grouped(above, area)
     made = solved(*parts, above[level.labels], factors, level.straight, level.lamplight, chains)
     return replace(made, tracer=level.tracer)
 
 
-def _chains(scene, reach, emission, recipe, labels, lights):
+def _chains(scene, reach, emission, recipe, labels, lights, known):
     """Return what follows light along single directions, and what it found; None where none is."""
     if not scene.sends_on:
         return None, None
     from radiosity.solve.chains import cluster_chains_of  # others need none of it
 
-    return cluster_chains_of(scene, reach, emission, recipe, labels, lights)
+    return cluster_chains_of(scene, reach, emission, recipe, labels, lights, known)
 
 
 def _kinds(scene, patches, rows):
@@ -280,8 +303,8 @@ def solved(
         return rho * e if sheets is None else rho * e + sheets.passed(e)
 
     source = mean(own + scattered(kept + entering))
-    grouped = sheets and sheets.grouped(labels, area, n)
-    system = System(factors, mean(rho), mean(terms.absorptance[rows]), source, grouped, chains)
+    through = sheets and sheets.grouped(labels, area, n)
+    system = System(factors, mean(rho), mean(terms.absorptance[rows]), source, through, chains)
     onwards = None if terms.sent_on is None else mean(terms.sent_on[rows])
     solver = suited(recipe.solver, system, np.ones(n, bool), onwards)
 

@@ -6,14 +6,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from radiosity.mesh.elements import make_elements
 from radiosity.mesh.interpolation import find_neighbours, gradients
-from radiosity.scene.model import Scene, SceneError
+from radiosity.scene.model import Scene
 from radiosity.solve.assembly import fitted, raw_factors
 from radiosity.solve.equations import Sheets, System, sheets_of
+from radiosity.solve.fading import suited
 from radiosity.solve.methods import solve_bands
 from radiosity.solve.plan import Recipe, check_memory
 from radiosity.solve.reach import Reach
@@ -32,10 +31,21 @@ if TYPE_CHECKING:
     from radiosity.transport.chains import Chains
     from radiosity.transport.tracer import Tracer
 
-KEPT = 1e-6  # share of the light that a mirror absorbs: more than rounding
-LOST = 1e-9  # share of a row's light that leaves it: more than rounding
-THROUGH = "gmres", "jacobi", "direct"  # solvers that know translucent sheets and chains
-STIFF = 0.02  # margin below which an iteration would crawl: solve directly
+
+@dataclass(frozen=True)
+class Kept:
+    """What factors told of a solved mesh, in their place where they are gone.
+
+    Attributes
+    ----------
+    straight : (width m, bands) float64
+        Coefficients of the irradiance that comes straight from faces that emit, W/m2.
+    escaping : (m, bands) float64
+        Radiosity of each live patch that leaves the scene, W/m2.
+    """
+
+    straight: np.ndarray
+    escaping: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -50,8 +60,8 @@ class Level:
     recipe : Recipe
     senders : Senders
         The elements of the live patches.
-    factors : FormFactors or LinearFactors
-        Between all patches, or between the elements of the live ones.
+    factors : FormFactors, LinearFactors or None
+        Between all patches, or between the elements of the live ones; None of what a file held.
     coefficients, arriving : (width m, bands) float64
         Of radiosity and irradiance on the m live patches, W/m2.
     outside : (width m,) float64
@@ -66,6 +76,10 @@ class Level:
         The one that was used.
     chains, tracer : Chains, Tracer or None
         What comes by way of mirrors, clear bodies and lobes.
+    constant : bool
+        Whether slopes of linear elements were left out.
+    kept : Kept or None
+        In place of what ``factors`` and ``chains`` tell of the answer.
     """
 
     scene: Scene
@@ -73,7 +87,7 @@ class Level:
     terms: Terms
     recipe: Recipe
     senders: Senders
-    factors: FormFactors | LinearFactors
+    factors: FormFactors | LinearFactors | None
     coefficients: np.ndarray
     arriving: np.ndarray
     outside: np.ndarray
@@ -83,6 +97,8 @@ class Level:
     solver: str
     chains: "Chains | None" = None
     tracer: "Tracer | None" = None
+    constant: bool = False
+    kept: Kept | None = None
 
     @property
     def rows(self) -> np.ndarray:
@@ -112,6 +128,11 @@ class Level:
         straight = self._straight(coefficients)
         return straight if self.chains is None else straight + self.chains.arriving(coefficients)
 
+    @property
+    def straight(self) -> np.ndarray:
+        """Return the coefficients (width m, bands) of what comes straight from faces that emit."""
+        return self._straight(self.emitted) if self.kept is None else self.kept.straight
+
     def _straight(self, coefficients):
         if self.senders.elements.order == 1:
             return self.factors @ coefficients
@@ -132,7 +153,7 @@ class Level:
         lights = lights_of(self.scene)
         value = self.coefficients - self._reflectance * self.lamplight
         if len(lights.polygons):
-            value = value - self.emitted - self._reflectance * self._straight(self.emitted)
+            value = value - self.emitted - self._reflectance * self.straight
         return surroundings_of(
             self.scene, self.reach, lights, self.on_patches(value), self._slopes(value),
             self.recipe.seed, True, self.tracer,
@@ -151,6 +172,8 @@ class Level:
     @property
     def escaping(self) -> np.ndarray:
         """Return (m, bands): the radiosity of each live patch that leaves the scene, W/m2."""
+        if self.kept is not None:
+            return self.kept.escaping
         if self.senders.elements.order == 1:
             m = len(self.rows)
             gone = self.factors.escaping(self.senders.elements, self.coefficients)
@@ -212,7 +235,7 @@ class Level:
 def solve_level(
     scene: Scene, reach: Reach, recipe: Recipe, *, factors: FormFactors | None = None,
     constant: bool = False, watch: Callable[[Level], None] | None = None,
-    memory: float | None = None, progress: Progress = silent,
+    memory: float | None = None, progress: Progress = silent, like: Level | None = None,
 ) -> Level:  # fmt: skip
     """Solve a meshed scene.
 
@@ -226,6 +249,8 @@ def solve_level(
         Called with a level at every iterate, of ``southwell`` with its ambient correction.
     memory : float, optional
         Bytes that may be used; half of what is free by default.
+    like : Level, optional
+        The same mesh under other light, solved: its factors are taken, and nothing is measured.
 
     Raises
     ------
@@ -238,30 +263,21 @@ def solve_level(
     NotConverged, NotClosable
     """
     patches, rows = reach.patches, np.flatnonzero(reach.live)
-    check_memory(len(patches), memory, recipe.order)
     terms = make_terms(scene, patches, reach.live)
-    elements = make_elements(patches, rows, recipe.order)
-    geometry = patch_geometry(patches, reach.visibility, rows)
-    rule = np.where(terms.emission[rows].any(axis=1), 0.0, recipe.rule)  # lights are exact
-    senders = make_senders(elements, geometry, reach.visibility, rule)
-    if recipe.order == 1:
-        factors = linear_factors(senders, patches.area[rows], recipe.seed, progress)
-        if constant:
-            factors = factors.without_slopes()
-        outside, own = factors.outside, rows
+    if like is None:
+        check_memory(len(patches), memory, recipe.order)
+        senders = senders_of(reach, recipe, recipe.order, terms)
+        factors = _factors(reach, recipe, senders, factors, constant, progress)
     else:
-        if factors is None:
-            factors = repaired(
-                raw_factors(reach, recipe.factors, recipe.seed, progress, not recipe.force)
-            )
-        else:
-            factors = fitted(factors, reach)
-        outside, own = factors.environment, np.arange(len(patches))
+        senders, factors, constant = like.senders, like.factors, like.constant
+    elements, own = senders.elements, rows if recipe.order == 1 else np.arange(len(patches))
+    outside = factors.outside if recipe.order == 1 else factors.environment
     lamplight = _lamplight(scene, reach, elements, len(own), constant)
     entering = from_outside(scene, outside) + lamplight
     sheets = None if terms.transmittance is None else sheets_of(terms, elements, rows)
     emission = terms.emission[rows]
-    tracer, chains = _chains(scene, reach, senders, emission, recipe, constant, progress)
+    known = None if like is None else like.chains
+    tracer, chains = _chains(scene, reach, senders, emission, recipe, constant, progress, known)
     more = [x if x is None or recipe.order == 1 else x.spread(rows, len(own))
             for x in (sheets, chains)]  # fmt: skip
     if chains is not None:
@@ -273,10 +289,30 @@ def solve_level(
         parts = b, system.arriving(b) + entering, outside, lamplight
         parts = parts if recipe.order == 1 else (x[rows] for x in parts)
         made = scene, reach, terms, recipe, senders, factors, *parts, sheets, history, solver
-        return Level(*made, chains, tracer)
+        return Level(*made, chains, tracer, constant)
 
     seen = None if watch is None else lambda b: watch(level(b.copy(), []))
     return level(*solve_bands(solver, system, recipe.tolerance, recipe.force, seen))
+
+
+def senders_of(reach: Reach, recipe: Recipe, order: int, terms: Terms) -> Senders:
+    """Return the elements of the live patches as seen from points; those that emit exactly."""
+    rows = np.flatnonzero(reach.live)
+    rule = np.where(terms.emission[rows].any(axis=1), 0.0, recipe.rule)
+    geometry = patch_geometry(reach.patches, reach.visibility, rows)
+    elements = make_elements(reach.patches, rows, order)
+    return make_senders(elements, geometry, reach.visibility, rule)
+
+
+def _factors(reach, recipe, senders, factors, constant, progress):
+    """Return the factors of elements, of order 0 those that are given, if they fit."""
+    if recipe.order == 1:
+        area = reach.patches.area[reach.live]
+        found = linear_factors(senders, area, recipe.seed, progress)
+        return found.without_slopes() if constant else found
+    if factors is not None:
+        return fitted(factors, reach)
+    return repaired(raw_factors(reach, recipe.factors, recipe.seed, progress, not recipe.force))
 
 
 def from_outside(scene: Scene, outside: np.ndarray) -> np.ndarray:
@@ -295,7 +331,7 @@ def _lamplight(scene, reach, elements, own, constant):
     return found
 
 
-def _chains(scene, reach, senders, emission, recipe, constant, progress):
+def _chains(scene, reach, senders, emission, recipe, constant, progress, known):
     """Return what follows light along single directions, and what it found; None where none is."""
     if not scene.sends_on:
         return None, None
@@ -304,7 +340,7 @@ def _chains(scene, reach, senders, emission, recipe, constant, progress):
     tracer = make_tracer(
         scene, reach, senders.elements, emission, senders.sight.tolerance, recipe, lights_of(scene)
     )
-    return tracer, chains_of(tracer, reach, recipe, constant, progress)
+    return tracer, chains_of(tracer, reach, recipe, constant, progress, known)
 
 
 def _of(values, own):
@@ -320,40 +356,3 @@ def _system(terms, factors, entering, own, width, sheets, chains) -> System:
     source[: len(own)] += terms.emission[own]
     absorptance = np.tile(terms.absorptance[own], (width, 1))
     return System(factors, rho, absorptance, source, sheets, chains)
-
-
-def suited(solver, system, live, sent_on=None):
-    """Refuse rooms that nothing absorbs in; solve directly where bounces hardly fade.
-
-    Where sheets or chains carry light, one that knows them takes the place of one that does not.
-    ``sent_on`` is what of diffuse light patches neither scatter nor absorb.
-    """
-    kept = system.absorptance[: len(live)]
-    if sent_on is not None:
-        kept = np.where(kept - sent_on > KEPT, kept, 0.0)
-    if np.any(kept <= 0.0) and np.any(_never_fades(system, live, kept)):
-        raise SceneError(
-            "materials",
-            ["every lit surface has reflectance 1 in a closed scene, or in a closed part of it, "
-             "so light never fades: let something absorb (diffuse below 1)"],
-        )  # fmt: skip
-    if system.margin < STIFF:
-        return "direct"
-    return solver if system.is_plain or solver in THROUGH else "gmres"
-
-
-def _never_fades(system, live, kept) -> np.ndarray:
-    """Return (parts, bands) bool: closed parts of the scene where nothing lit absorbs."""
-    n = len(live)
-    matrix, loss = system.factors.rows()[0][:n, :n], system.factors.loss[:n]
-    linked = csr_matrix(matrix > 0)
-    if system.sheets is not None:
-        linked = linked + abs(system.sheets.across[:n, :n])
-    if system.chains is not None:
-        linked = linked + csr_matrix(system.chains.matrix.max(axis=0)[:n, :n] > 0)
-    parts, part = connected_components(linked, directed=False)
-    fades = np.zeros((parts, system.reflectance.shape[1]), bool)
-    np.logical_or.at(fades, part, (kept > 0.0) | (loss > LOST)[:, None])
-    lit = np.zeros(parts, bool)
-    lit[part[live]] = True
-    return lit[:, None] & ~fades

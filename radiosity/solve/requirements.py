@@ -15,7 +15,8 @@ from radiosity.scene.model import Scene
 from radiosity.solve.adapt import AIM, MORE_RAYS, ROUNDS, STEPS, Rounds
 from radiosity.solve.clustered import coarser, solve_clusters
 from radiosity.solve.estimate import COARSER, Check, compare
-from radiosity.solve.level import STIFF, THROUGH, solve_level
+from radiosity.solve.fading import STIFF, THROUGH
+from radiosity.solve.level import solve_level
 from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import WORTH

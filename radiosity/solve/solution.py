@@ -1,6 +1,6 @@
 """The solution: radiosity of every patch, how it was obtained, and irradiance anywhere."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -9,6 +9,7 @@ import numpy as np
 
 from radiosity.light.photometry import illuminance
 from radiosity.mesh.patches import Patches
+from radiosity.scene.groups import light_groups
 from radiosity.scene.model import Scene
 from radiosity.solve.estimate import Check, Estimate, noise_of
 from radiosity.solve.level import Level
@@ -17,6 +18,7 @@ from radiosity.transport.irradiance import Surroundings
 from radiosity.transport.threads import Progress, silent
 
 if TYPE_CHECKING:
+    from radiosity.solve.relight import Shares
     from radiosity.transport.paths import Space
 
 
@@ -48,6 +50,8 @@ class Solution:
         The solved mesh.
     judge : callable
         Returns the `Check` and the `Estimate` of its error.
+    given : Shares, optional
+        What each group of light does, where that was found before.
 
     Examples
     --------
@@ -62,6 +66,7 @@ class Solution:
     plan: Plan
     level: Level
     judge: Callable[[], tuple[Check, Estimate]]
+    given: "Shares | None" = None
 
     @property
     def patches(self) -> Patches:
@@ -149,6 +154,81 @@ class Solution:
     @cached_property
     def _judgement(self):
         return self.judge()
+
+    @property
+    def check(self) -> Check:
+        """Return the other level that tells the errors."""
+        return self._judgement[0]
+
+    @cached_property
+    def shares(self) -> "Shares":
+        """Return what each group of light does by itself, solved when first asked for.
+
+        Raises
+        ------
+        ValueError
+            There are more groups than are told apart.
+        """
+        if self.given is not None:
+            return self.given
+        from radiosity.solve.relight import shares_of  # who dims nothing needs none of it
+
+        return shares_of(self.level, self.check.level)
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Return the names of the groups of light, see `radiosity.scene.groups.light_groups`."""
+        return light_groups(self.scene) if self.given is None else self.given.names
+
+    @property
+    def can_dim(self) -> bool:
+        """Whether groups of light are told apart: `dimmed` raises ValueError where they are not."""
+        if self.given is not None:
+            return True
+        from radiosity.solve.relight import MOST_GROUPS
+
+        return len(self.groups) <= MOST_GROUPS
+
+    def dimmed(self, factors: Mapping[str, float]) -> "Solution":
+        """Return the solution for the same scene with groups of light scaled, without solving.
+
+        Exact, as light adds up; on the same mesh. Errors are estimated anew, relative to the light
+        that is left. What is off stays off in solutions made of this one.
+
+        Parameters
+        ----------
+        factors : dict of str to float
+            Of some `groups`: 0 is off, 1, which the others have, leaves a group as it is.
+
+        Raises
+        ------
+        ValueError
+            An unknown name, a factor out of range, or more groups than are told apart.
+
+        Examples
+        --------
+        >>> import radiosity
+        >>> solution = radiosity.solve(radiosity.load("scenes/cornell_box.toml"), accuracy=0.1)
+        >>> half = solution.dimmed({"light": 0.5})
+        >>> solution.groups, bool(np.allclose(2 * half.radiosity, solution.radiosity))
+        (('light',), True)
+        """
+        from radiosity.solve.relight import dimmed
+
+        return dimmed(self, factors)
+
+    def by_groups(self) -> dict[str, "Solution"]:
+        """Return a solution for each group of light alone; their irradiances add up to this one's.
+
+        Raises
+        ------
+        ValueError
+            There are more groups than are told apart.
+        """
+        return {
+            name: self.dimmed({other: float(other == name) for other in self.groups})
+            for name in self.groups
+        }
 
     @property
     def estimate(self) -> Estimate:

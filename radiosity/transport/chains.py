@@ -152,10 +152,14 @@ class Chains:
 
 
 def find_chains(
-    tracer: Tracer, nodes: Nodes, rays: int, progress: Progress = silent
+    tracer: Tracer, nodes: Nodes, rays: int, progress: Progress = silent,
+    known: Chains | None = None,
 ) -> Chains:
-    """Return the extended form factors of elements, by ``rays`` from each of their nodes."""
-    bands, which = tracer.space.optics.different_bands()
+    """Return the extended form factors of elements, by ``rays`` from each of their nodes.
+
+    The matrix is taken from what is ``known`` of the same elements under other light.
+    """
+    bands, which = _kinds(tracer, known)
     elements = tracer.elements
     n, width = len(elements), elements.width
     fit = nodes.fit[: width * n]
@@ -186,6 +190,7 @@ def find_chains(
             to[here] = found
 
     over_ranges(work, n, max(1, RAYS_AT_ONCE // (4 * rays)), "chains", progress)
+    matrix = matrix if known is None else known.matrix
     parts = [fit @ x for x in parts]
     if tracer.caustics is not None:
         parts[2][:n] += tracer.caustics.on(tracer.element, tracer.areas_of_elements)
@@ -193,13 +198,14 @@ def find_chains(
 
 
 def cluster_chains(
-    tracer: Tracer, patches: Patches, rows: np.ndarray, labels: np.ndarray, rays: int
+    tracer: Tracer, patches: Patches, rows: np.ndarray, labels: np.ndarray, rays: int,
+    known: Chains | None = None,
 ) -> Chains:
     """Return the extended form factors between clusters of patches ``rows``, see `count_rays`.
 
-    The tracer's elements are these patches, of order 0.
+    The tracer's elements are these patches, of order 0; ``known`` is as for `find_chains`.
     """
-    bands, which = tracer.space.optics.different_bands()
+    bands, which = _kinds(tracer, known)
     clusters = make_beams(patches, rows, labels)
     n = int(labels.max(initial=-1)) + 1
     matrix = np.zeros((len(bands), n, n))
@@ -216,8 +222,15 @@ def cluster_chains(
             to[a:b] = found
 
     over_ranges(work, n, max(1, RAYS_AT_ONCE // rays), "chains")
+    matrix = matrix if known is None else known.matrix
     if tracer.caustics is not None:
         area = tracer.areas_of_elements
         power = area[:, None] * tracer.caustics.on(tracer.element, area)
         np.add.at(parts[2], labels, power / np.bincount(labels, area, n)[labels, None])
     return Chains(matrix, which, *parts)
+
+
+def _kinds(tracer, known):
+    """Return the bands that weights are asked of, and whose matrix each band has."""
+    bands, which = tracer.space.optics.different_bands()
+    return bands if known is None else bands[:0], which

@@ -32,7 +32,8 @@ def check_suffix(path: str | PathLike, lightmap: int | None = None) -> None:
     if suffix not in _WRITERS:
         raise ValueError(
             f"solution file {str(path)!r} has the suffix {suffix!r}; supported are "
-            ".vtp (mesh for ParaView and pyvista), .glb (model with baked colours), "
+            ".radsol (all of it, to be loaded again), .vtp (mesh for ParaView and pyvista), "
+            ".glb (model with baked colours), "
             ".csv (one row a patch), .npz (numpy arrays)"
         )
     if lightmap is not None:
@@ -52,6 +53,7 @@ def save(
 ) -> None:
     """Write a solution: whole, or not at all.
 
+    ``.radsol`` holds all of it: `radiosity.load` returns the solution again, see docs/radsol.md;
     ``.vtp`` holds the mesh of `to_pyvista`; ``.csv`` the columns of `columns`, one row a patch,
     in full precision; ``.npz`` plain arrays (no pickle) named as in `arrays`. All leave out the
     fronts that another face covers. Coordinates are in scene units.
@@ -169,4 +171,13 @@ def _write_csv(solution, path):
         writer.writerows(zip(*(c.tolist() for c in values), strict=True))
 
 
-_WRITERS = {".vtp": _write_vtp, ".glb": _write_glb, ".csv": _write_csv, ".npz": _write_npz}
+def _write_radsol(solution, path):
+    from radiosity.solve.container import write_solution
+
+    write_solution(solution, path)
+
+
+_WRITERS = {
+    ".radsol": _write_radsol, ".vtp": _write_vtp, ".glb": _write_glb, ".csv": _write_csv,
+    ".npz": _write_npz,
+}  # fmt: skip
