@@ -5,7 +5,7 @@ import pytest
 from test_cli import FURNACE, radiosity, refused
 
 from radiosity.cli.options import parse_dim
-from radiosity.cli.session import load_scene
+from radiosity.cli.session import Reading, load_scene
 from radiosity.scene.model import SceneError
 from radiosity.solve.load import load
 
@@ -58,7 +58,7 @@ def test_what_is_refused(room, asked, words):
 def test_verbs_that_plan_a_solution_want_a_scene(room):
     path = str(room / "room.radsol")
     with pytest.raises(ValueError, match="is solved: name the scene instead; radiosity info"):
-        load_scene(path, "auto", 0.0, True)
+        load_scene(path, "auto", Reading(), True)
     with pytest.raises(SceneError, match="does not exist: did you mean room.radsol"):
         load(room / "rom.radsol")
 

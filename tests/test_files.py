@@ -64,6 +64,20 @@ def test_bare_geometry_becomes_a_scene_with_notes(tmp_path):
     assert scene.cameras["default"].size == (512, 512)
 
 
+def test_unit_and_axis_of_bare_geometry_may_be_told(tmp_path):
+    (tmp_path / "room.obj").write_text(OBJ)
+    scene = load(tmp_path / "room.obj", unit="mm", up="y")
+    assert (scene.unit, scene.unit_m, scene.up) == ("mm", 0.001, "y")
+    assert not any("metres" in note for note in scene.notes)
+    np.testing.assert_array_equal(scene.faces.vertices, load(tmp_path / "room.obj").faces.vertices)
+    for wrong, told in (({"unit": "yd"}, 'unit = "yd" must be one of m,'), ({"up": "w"}, "x, y, z")):
+        with pytest.raises(ValueError, match=told):
+            load(tmp_path / "room.obj", **wrong)
+    (tmp_path / "a.toml").write_text('[[geometry]]\nfile = "room.obj"\n')
+    with pytest.raises(ValueError, match="says its unit and up itself"):
+        load(tmp_path / "a.toml", up="y")
+
+
 def test_default_camera_stands_outside_and_sees_every_vertex(tmp_path):
     (tmp_path / "a.stl").write_bytes(STL)
     scene = load(tmp_path / "a.stl")

@@ -10,7 +10,7 @@ import pytest
 from imageio.v3 import imread, imwrite
 
 import radiosity
-from radiosity.cli.session import load_scene
+from radiosity.cli.session import Reading, load_scene
 from radiosity.cli.solve import summary
 from radiosity.light.bands import RGB
 from radiosity.light.colour import XYZ_TO_RGB, delta_e_2000, encode, lab
@@ -211,7 +211,7 @@ def test_pictures_of_spectra_keep_what_screens_cannot_show(tmp_path):
 
 def test_ambient_light_is_daylight(tmp_path):
     for bands in ("grey", "rgb", "20"):
-        scene = load_scene(str(SCENES / "lroom.toml"), "auto", 3.0, True, bands)
+        scene = load_scene(str(SCENES / "lroom.toml"), "auto", Reading(bands, 3.0), True)
         plain = radiosity.load(SCENES / "lroom.toml", bands=bands)
         entering = scene.ambient - plain.ambient
         np.testing.assert_allclose(scene.bands.to_rgb(entering), 3.0, rtol=1e-12)

@@ -8,7 +8,7 @@ import typer
 
 from radiosity.cli import options as o
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import load_scene
+from radiosity.cli.session import Reading, load_scene
 
 MESH, SCENE = 1e-3, 0.02  # default accuracies; that of a scene is the one that `solve` takes
 SHOWN, NAME = 8, 12  # sealed rows and groups that the summary shows, letters of a group's name
@@ -105,7 +105,8 @@ def formfactors(
             _refuse("a scene's own faces block, its lit backs are rows", **{
                 "--obstructions": obstructions, "--two-sided": two_sided})  # fmt: skip
             asked = SCENE if accuracy is None else accuracy
-            found = _of_scene(load_scene(source, mesh or "auto", ambient, quiet), asked, mesh, rest)
+            model = load_scene(source, mesh or "auto", Reading(ambient=ambient), quiet)
+            found = _of_scene(model, asked, mesh, rest)
         else:
             _refuse("a mesh file's faces are the rows; name a .toml scene", **{
                 "--mesh": mesh, "--ambient": ambient})  # fmt: skip

@@ -7,17 +7,17 @@ import typer
 
 from radiosity.cli.options import parse_dim, parse_memory, use_threads
 from radiosity.cli.progress import remark
-from radiosity.cli.session import Asked, load_scene
+from radiosity.cli.session import Asked, Reading, load_scene
 
 SOLVING = (
-    "accuracy", "bands", "mesh", "order", "solver", "force", "time", "seed", "ambient", "factors",
+    "accuracy", "bands", "mesh", "order", "solver", "force", "time", "seed", "ambient", "unit",
+    "up", "factors",
 )  # fmt: skip
 
 
 def load_given(
-    context: typer.Context, path: str, asked: Asked, bands: str, ambient: float,
-    dim: list[str] | None,
-):  # fmt: skip
+    context: typer.Context, path: str, asked: Asked, reading: Reading, dim: list[str] | None
+):
     """Return the scene of a file, or the solution that it holds, dimmed as asked.
 
     Raises
@@ -30,7 +30,7 @@ def load_given(
 
     factors = parse_dim(dim)
     if not is_solved(path):
-        scene = load_scene(path, asked.mesh, ambient, asked.quiet, bands, asked.accuracy)
+        scene = load_scene(path, asked.mesh, reading, asked.quiet, asked.accuracy)
         return dimmed(scene, factors)
     refuse_solving(context, path)
     use_threads(asked.threads)

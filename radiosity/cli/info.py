@@ -8,8 +8,9 @@ from radiosity.cli.session import reached_line
 
 
 def info(
-    context: typer.Context, scene: o.SceneFile, bands: o.Bands = "auto", as_json: o.Json = False
-) -> None:
+    context: typer.Context, scene: o.SceneFile, bands: o.Bands = "auto", unit: o.Unit = None,
+    up: o.Up = None, as_json: o.Json = False,
+) -> None:  # fmt: skip
     """Print what was read from a scene's files: materials, lights, cameras, mesh findings.
 
     Of a .radsol file also how it was solved, and what was reached. With --json the mesh, its
@@ -21,7 +22,7 @@ def info(
 
     show = _as_json if as_json else describe
     if not is_solved(scene):
-        print(show(load(scene, bands=bands)))
+        print(show(load(scene, bands=bands, unit=unit, up=up)))
         return
     refuse_solving(context, scene)
     solution = load(scene)

@@ -75,6 +75,16 @@ Bands = Annotated[
         help="Colours: three bands, or wavelengths (N of them) where spectra are given; grey: one.",
     ),
 ]
+Unit = Annotated[
+    str | None,
+    typer.Option(
+        "--unit", metavar="m|cm|mm|in|ft", help="Of a bare geometry file's lengths; metres if not."
+    ),
+]
+Up = Annotated[
+    str | None,
+    typer.Option("--up", metavar="x|y|z", help="Of a bare geometry file; z if not, y of glTF."),
+]
 Force = Annotated[
     bool, typer.Option("--force", help="Model everything, also what the scene does not require.")
 ]

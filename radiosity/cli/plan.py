@@ -1,13 +1,15 @@
 """``radiosity plan``."""
 
 from radiosity.cli import options as o
-from radiosity.cli.session import load_scene
+from radiosity.cli.session import Reading, load_scene
 
 
 def plan(
     scene: o.SceneFile,
     accuracy: o.Accuracy = 0.02,
     bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
@@ -23,7 +25,7 @@ def plan(
 
     Example: radiosity plan scenes/cornell_box.toml --accuracy 0.01
     """
-    model = load_scene(scene, mesh, ambient, quiet, bands, accuracy)
+    model = load_scene(scene, mesh, Reading(bands, ambient, unit, up), quiet, accuracy)
     o.use_threads(threads)
     from radiosity.solve.plan import make_plan
     from radiosity.solve.requirements import foresee

@@ -18,7 +18,7 @@ from radiosity.cli.grid import (
     summary,
 )
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, judge, reached_line, scene_of, solve_scene
+from radiosity.cli.session import Asked, Reading, judge, reached_line, scene_of, solve_scene
 
 COLUMNS = ["x", "y", "z", "nx", "ny", "nz"]
 
@@ -38,6 +38,8 @@ def probe(
     margin: MarginOption = None,
     accuracy: o.Accuracy = 0.02,
     bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
@@ -64,7 +66,7 @@ def probe(
     if output:
         check_place(output)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
-    given = load_given(context, scene, asked, bands, ambient, dim)
+    given = load_given(context, scene, asked, Reading(bands, ambient, unit, up), dim)
     model = scene_of(given)
     check_grid_in(model, grid, spacing, margin)
     with progress_bars(quiet) as progress:

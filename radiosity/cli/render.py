@@ -11,7 +11,7 @@ from radiosity.cli import options as o
 from radiosity.cli.given import load_given
 from radiosity.cli.method import MethodOption, ShadowsOption, check_method, view_by
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, scene_of
+from radiosity.cli.session import Asked, Reading, scene_of
 
 FORBIDDEN = '/\\<>:"|?*'  # in file names, here or on other systems
 
@@ -41,6 +41,8 @@ def render(
     shadows: ShadowsOption = True,
     accuracy: o.Accuracy = 0.02,
     bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
@@ -66,7 +68,7 @@ def render(
     check_place(output)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     check_method(method, shadows, asked)
-    given = load_given(context, scene, asked, bands, ambient, dim)
+    given = load_given(context, scene, asked, Reading(bands, ambient, unit, up), dim)
     model = scene_of(given)
     views = _views(model, camera, all_cameras, Path(output))
     pixels = o.parse_size(size)

@@ -8,9 +8,17 @@ from radiosity.cli.options import parse_memory, parse_time, percent, use_threads
 from radiosity.cli.progress import remark
 
 
-def load_scene(
-    path: str, mesh: str, ambient: float, quiet: bool, bands: str = "auto", accuracy: float = 0.02
-):
+@dataclass(frozen=True)
+class Reading:
+    """The options that tell how a scene's file is read, as typed."""
+
+    bands: str = "auto"
+    ambient: float = 0.0
+    unit: str | None = None
+    up: str | None = None
+
+
+def load_scene(path: str, mesh: str, reading: Reading, quiet: bool, accuracy: float = 0.02):
     """Return the scene of a file with ambient light, and remark on what was assumed.
 
     Pairs of triangles are joined to quadrilaterals, but not for ``--mesh input``.
@@ -24,9 +32,13 @@ def load_scene(
             f"{path} is solved: name the scene instead; radiosity info {path} tells how it was "
             "solved and what was reached"
         )
+    ambient = reading.ambient
     if not 0 <= ambient < float("inf"):
         raise ValueError(f"--ambient {ambient} must be a radiance of at least 0 W/(m2 sr)")
-    scene = load(path, merge=mesh != "input", bands=bands, accuracy=accuracy)
+    scene = load(
+        path, merge=mesh != "input", bands=reading.bands, accuracy=accuracy, unit=reading.unit,
+        up=reading.up,
+    )  # fmt: skip
     for note in scene.notes:
         remark(f"note: {note}", quiet)
     if not scene.has_light and ambient == 0:

@@ -7,7 +7,15 @@ import typer
 from radiosity.cli import options as o
 from radiosity.cli.given import load_given
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import Asked, budget_line, judge, reached_line, scene_of, solve_scene
+from radiosity.cli.session import (
+    Asked,
+    Reading,
+    budget_line,
+    judge,
+    reached_line,
+    scene_of,
+    solve_scene,
+)
 
 
 def solve(
@@ -39,6 +47,8 @@ def solve(
     ] = None,
     accuracy: o.Accuracy = 0.02,
     bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
@@ -65,7 +75,7 @@ def solve(
         raise ValueError(f"--lightmap {lightmap} needs a file to write: add -o OUT.glb")
     saved = _load(factors, memory)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
-    given = load_given(context, scene, asked, bands, ambient, dim)
+    given = load_given(context, scene, asked, Reading(bands, ambient, unit, up), dim)
     model = scene_of(given)
     with progress_bars(quiet) as progress:
         solution = solve_scene(given, asked, progress, saved)

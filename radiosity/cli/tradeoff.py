@@ -7,7 +7,7 @@ import typer
 
 from radiosity.cli import options as o
 from radiosity.cli.progress import remark
-from radiosity.cli.session import load_scene
+from radiosity.cli.session import Reading, load_scene
 
 HEAD = ("way", "asked", "patches", "time s", "factors MB", "estimated", "true error")
 WIDTHS = (26, 8, 9, 9, 12, 11, 12)
@@ -28,6 +28,8 @@ def tradeoff(
         ),
     ] = 0.003,
     bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
     ambient: o.Ambient = 0.0,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
@@ -50,7 +52,7 @@ def tradeoff(
         raise ValueError(
             f"--accuracy {accuracy:g} must lie in [0.001, 0.1] here: 0.01 measures from 10 % to 1 %"
         )
-    model = load_scene(scene, "auto", ambient, quiet, bands, accuracy)
+    model = load_scene(scene, "auto", Reading(bands, ambient, unit, up), quiet, accuracy)
     o.use_threads(threads)
     from radiosity.solve.tradeoff import COMPARED, make_reference, trials
     from radiosity.view.levels import picture_trials
