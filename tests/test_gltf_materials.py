@@ -317,6 +317,22 @@ def test_bright_texels_stay_within_what_arrives():
     near(scene.materials[0].diffuse, [0.6] * 3, 5e-6)
 
 
+def test_other_textures_count_with_their_means():
+    """Green is roughness and blue metallic, red transmission: linear; what is emitted is sRGB."""
+    image = {"index": 0}
+    mixed = pbr(1, 1, 1, metallic=0.5, roughness=1, pbr={"metallicRoughnessTexture": image})
+    made = table_of_file(textured(mixed, PIXELS))
+    assert made["specular"]["roughness"] == pytest.approx(((255 + 128) / 1020) ** 2)
+    near(made["specular"]["reflectance"][0] / made["specular"]["reflectance"][1], 1)
+    mean = (1 + srgb_to_linear(128 / 255)) / 4  # of the base colour, in linear light
+    near(made["specular"]["reflectance"], [0.5 * (255 + 128) / 1020 * mean] * 3, 1e-8)
+    clear = {"transmissionFactor": 1, "transmissionTexture": image}
+    glass = table_of_file(textured(extended(pbr(1, 1, 1, roughness=0), transmission=clear), PIXELS))
+    near(glass["transmit"], [0.96 * (255 + 128) / 1020 * mean] * 3, 1e-8)
+    lamp = pbr(0, 0, 0, emissiveFactor=[1, 1, 1], emissiveTexture=image)
+    near(table_of_file(textured(lamp, PIXELS))["emission"]["radiance"], [mean / 683] * 3)
+
+
 def test_alpha_of_pictures_is_ignored_unless_it_is_blended():
     pixels = np.full((2, 2, 4), 255)
     pixels[0, 0, 3] = 0
