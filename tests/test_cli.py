@@ -73,7 +73,7 @@ def test_info_describes_the_scene():
 def test_materials_shows_what_they_were_read_as():
     out = radiosity("materials", CORNELL).stdout
     assert "# as the scene file has it\n[materials.red]\ndiffuse = [0.63, 0.065, 0.05]" in out
-    alien = str(SCENES.parent / "tests" / "data" / "alien.glb")
+    alien = str(SCENES.parent / "tests" / "foreign" / "alien.glb")
     found = json.loads(radiosity("materials", alien, "--json").stdout)
     info = radiosity("info", alien).stdout
     for name, said in found.items():

@@ -70,7 +70,8 @@ def test_unit_and_axis_of_bare_geometry_may_be_told(tmp_path):
     assert (scene.unit, scene.unit_m, scene.up) == ("mm", 0.001, "y")
     assert not any("metres" in note for note in scene.notes)
     np.testing.assert_array_equal(scene.faces.vertices, load(tmp_path / "room.obj").faces.vertices)
-    for wrong, told in (({"unit": "yd"}, 'unit = "yd" must be one of m,'), ({"up": "w"}, "x, y, z")):
+    told_of = (({"unit": "yd"}, 'unit = "yd" must be one of m,'), ({"up": "w"}, "x, y, z"))
+    for wrong, told in told_of:
         with pytest.raises(ValueError, match=told):
             load(tmp_path / "room.obj", **wrong)
     (tmp_path / "a.toml").write_text('[[geometry]]\nfile = "room.obj"\n')

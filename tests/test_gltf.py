@@ -358,7 +358,7 @@ def test_names_are_fit_to_print():
 
 
 def test_a_model_of_others_is_read_as_trimesh_reads_it():
-    path = Path(__file__).resolve().parent / "data" / "alien.glb"  # see SOURCES.md there
+    path = Path(__file__).resolve().parent / "foreign" / "alien.glb"  # see SOURCES.txt there
     found = load(path)
     other = trimesh.load(path, process=False)
     areas = {}

@@ -279,7 +279,7 @@ def _bare(path, merge, bands, accuracy, frame):
     geometry = read_geometry(path, None, merge)
     block = {"file": path.name, **frame}
     if not frame and geometry.unit is None:
-        note = "lengths are taken as metres and z as up; --unit and --up, or a scene file, say otherwise"
+        note = "lengths are taken as metres and z as up: --unit, --up or a scene file say otherwise"
         geometry = replace(geometry, notes=(*geometry.notes, note))
     return read_tables(
         {"geometry": [block], **frame}, str(path), lambda name, uv: geometry, path.stem, merge,
