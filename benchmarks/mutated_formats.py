@@ -4,6 +4,7 @@ import base64
 import io
 import json
 import struct
+import zipfile
 
 import numpy as np
 
@@ -271,6 +272,41 @@ def points_file(path) -> str:
     return "right"
 
 
+def container(folder) -> bytes:
+    (folder / "box.obj").write_text(BOX)
+    (folder / "box.toml").write_text(SCENE)
+    solution = radiosity.solve(radiosity.load(folder / "box.toml"), 0.5, mesh="1", order=0)
+    radiosity.save(solution, folder / "box.radsol")
+    return (folder / "box.radsol").read_bytes()
+
+
+def container_file(path) -> str:
+    """Read a solution and ask it: numbers, a picture, other light."""
+    solution = radiosity.load(path)
+    E, error = solution.irradiance([[1.0, 1.0, 0.5]], [[0.0, 0.0, 1.0]])
+    image = radiosity.render(solution, size=(4, 3), samples=4)
+    half = solution.dimmed({solution.groups[0]: 0.5}) if solution.can_dim else solution
+    for found in (E, error, image.pixels, half.irradiance_on):
+        assert np.isfinite(found).all(), "not finite"
+    return "right"
+
+
+def manifest(folder) -> bytes:
+    container(folder)
+    with zipfile.ZipFile(folder / "box.radsol") as file:
+        return file.read("manifest.json")
+
+
+def manifest_file(path) -> str:
+    """Read a solution with a manifest of its own, whose arrays are whole."""
+    place = path.parent / "mutated.radsol"
+    with zipfile.ZipFile(path.parent / "box.radsol") as old, zipfile.ZipFile(place, "w") as new:
+        for info in old.infolist():
+            whole = info.filename != "manifest.json"
+            new.writestr(info, old.read(info) if whole else path.read_bytes())
+    return container_file(place)
+
+
 def factors(folder) -> bytes:
     (folder / "box.obj").write_text(BOX)
     radiosity.save_factors(radiosity.form_factors(str(folder / "box.obj"), 0.1), folder / "f.npz")
@@ -301,6 +337,8 @@ FORMATS = {
     "jpg": (picture(".jpg"), ".jpg", lit('{{ texture = "{}" }}')),
     "exr": (picture(".exr"), ".exr", lit('{{ texture = "{}" }}')),
     "npy": (picture(".npy"), ".npy", lit('{{ texture = "{}" }}')),
+    "radsol": (container, ".radsol", container_file),
+    "radsol inside": (manifest, ".json", manifest_file),
     "points": (points, ".csv", points_file),
     "factors": (factors, ".npz", factors_file),
 }

@@ -164,7 +164,7 @@ def test_sizes_that_nothing_has_are_questioned(size, unit, question, tmp_path):
 
 
 def test_info_prints_the_findings_with_places(tmp_path, capsys):
-    from radiosity.cli.info import info
+    from radiosity.cli.main import app
 
     text = "g floor\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
     text += "g wall\nv 0.5 .2 -1\nv 0.5 .8 -1\nv 0.5 .5 1\nf 5 6 7\n"
@@ -175,7 +175,7 @@ def test_info_prints_the_findings_with_places(tmp_path, capsys):
         "found: 1 pairs of faces cut through each other: their patches are cut along the line; "
         "face 0 (floor) at 0.5 0.5 0\n"
     ) in printed
-    info(str(tmp_path / "a.obj"), as_json=True)
+    app(["info", str(tmp_path / "a.obj"), "--json"], standalone_mode=False)
     found = json.loads(capsys.readouterr().out)
     assert found["open"] == 2 and found["high"] == [1, 1, 1] and len(found["notes"]) == 3
     (crossing,) = found["findings"]
