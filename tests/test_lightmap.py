@@ -14,6 +14,7 @@ from scenes_for_tests import block, box, faces_of, scene, uv_sphere
 from radiosity.light.photometry import luminance
 from radiosity.scene.files import load
 from radiosity.solve.solve import solve
+from radiosity.view.atlas import packed
 from radiosity.view.export import check_suffix, save
 from radiosity.view.lightmap import make_lightmap
 from radiosity.view.unwrap import unwrap
@@ -270,3 +271,12 @@ def test_what_comes_through_is_seen():
     backs = (solution.patches.face == 6) & ~solution.patches.front
     expected = found.exposure * solution.radiosity[backs].mean(axis=0) / np.pi
     assert shown.mean(axis=0) == pytest.approx(expected, rel=0.05)  # it reflects nothing itself
+
+
+def test_a_crash_of_xatlas_is_told_and_takes_nothing_along(monkeypatch):
+    square = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32), np.array([[0, 1, 2]], "u4")
+    uv, charts = packed([square], 64, 4)
+    assert uv.shape == (1, 3, 2) and charts == 1
+    monkeypatch.setattr("sys.executable", "false")
+    with pytest.raises(ValueError, match="xatlas, which lays the surfaces out, failed 4 times"):
+        packed([square], 64, 4)

@@ -13,11 +13,11 @@ from scipy.sparse.csgraph import connected_components
 
 from radiosity.mesh.faces import meeting_edges, welded
 from radiosity.mesh.interpolation import SMOOTH
+from radiosity.view.atlas import packed
 
 LEAST, MOST = 16, 4096  # texels on a side
 PADDING = 4  # texels between charts at least, two of them each one's own
 REACH = 1.5  # texels beyond a chart's edge that still take its nearest point: bilinear looks at 1
-TRIES, SMALLER = 60, 0.95
 INSET = 1e-4  # of a triangle: points on its very edge would lie on two faces
 NONE = -1
 
@@ -77,8 +77,7 @@ def unwrap(polygons: np.ndarray, normals: np.ndarray, kind: np.ndarray, size: in
     """Lay polygons out on size x size texels, all at about one scale.
 
     Neighbours of one ``kind`` whose normals agree within 30 degrees stay together where xatlas
-    (Young, after Microsoft's and Thekla's atlases) finds that they may; no other two share a chart,
-    so that no texel lies across a crease.
+    finds that they may; no other two share a chart, so that no texel lies across a crease.
 
     Parameters
     ----------
@@ -117,33 +116,13 @@ def _mesh(corners, scale):
 
 def _packed(meshes, size):
     """Return (t, 3, 2) texture coordinates: as large as fits into one square."""
-    scale = 0.0
-    for _ in range(TRIES):
-        atlas = _atlas(meshes, size, scale)
-        if scale == 0.0:
-            scale = atlas.texels_per_unit * size / max(atlas.width, atlas.height)
-        elif atlas.atlas_count == 1:
-            found = [atlas.get_mesh(k) for k in range(len(meshes))]
-            return np.concatenate([uv[index] for _, index, uv in found]).astype(float)
-        else:
-            scale *= SMALLER
-    raise ValueError(
-        f"lightmap = {size}: its {size} x {size} texels cannot hold the {atlas.chart_count} parts "
-        f"that the surfaces come to, with {PADDING} texels between them: ask for more"
-    )
-
-
-def _atlas(meshes, size, scale):
-    import xatlas
-
-    options = xatlas.PackOptions()
-    options.resolution, options.padding, options.texels_per_unit = size, PADDING, scale
-    options.bilinear = True
-    atlas = xatlas.Atlas()
-    for places, triangles in meshes:
-        atlas.add_mesh(places, triangles)
-    atlas.generate(xatlas.ChartOptions(), options)
-    return atlas
+    uv, charts = packed(meshes, size, PADDING)
+    if uv is None:
+        raise ValueError(
+            f"lightmap = {size}: its {size} x {size} texels cannot hold the {charts} parts that "
+            f"the surfaces come to, with {PADDING} texels between them: ask for more"
+        )
+    return uv
 
 
 def _surfaces(polygons, normals, kind):
