@@ -1,7 +1,9 @@
 """Textures from files: pictures laid over the faces of a material."""
 
+import contextlib
 import io
 import re
+import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -115,7 +117,8 @@ def _exr(path, data):
 
     low, high = OpenEXR.File(str(path), header_only=True).header()["dataWindow"]
     _check_size(path, (high - low + 1)[::-1])
-    channels = OpenEXR.File(str(path)).channels()
+    with contextlib.redirect_stdout(sys.stderr):  # where it warns, amid results
+        channels = OpenEXR.File(str(path)).channels()
     for name in ("RGB", "RGBA", "Y"):
         if name in channels:
             return channels[name].pixels.astype(float)
