@@ -4,7 +4,7 @@
 
 Irradiance at 400 points of the Cornell box and of a room with a table, all surfaces under a coat of
 an index of 1.5 and glTF's roughness r, modelled as a lobe (asked for 2 %). Against it the coat as
-part of the diffuse reflectance, as `radiosity.scene.gltf_materials` reads it from r = 0.4 on, and
+part of the diffuse reflectance, as `radiosity.scene.gltf.materials` reads it from r = 0.4 on, and
 left out, as it does from 0.9 on: the mean and the 95th percentile of the relative difference, and
 how much more processor time the lobe takes.
 """
@@ -22,7 +22,7 @@ from radiosity.light.facets import TrowbridgeReitz
 from radiosity.light.photometry import luminance
 from radiosity.light.shadowing import smith
 from radiosity.light.torrance_sparrow import TorranceSparrow
-from radiosity.scene.gltf_materials import coat_albedo
+from radiosity.scene.gltf.materials import coat_albedo
 from radiosity.solve.tradeoff import _points_on
 
 SCENE = Path(__file__).resolve().parent.parent / "scenes" / "cornell_box.toml"

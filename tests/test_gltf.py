@@ -13,8 +13,8 @@ from gltf_for_tests import SQUARE, TWO, Gltf, square
 import radiosity
 from radiosity.light.photometry import luminance
 from radiosity.scene.files import load, read_geometry
-from radiosity.scene.gltf import read_gltf
-from radiosity.scene.gltf_json import Names
+from radiosity.scene.gltf.document import Names
+from radiosity.scene.gltf.gltf import read_gltf
 from radiosity.scene.model import SceneError
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"

@@ -17,8 +17,8 @@ from radiosity.light.shadowing import smith
 from radiosity.light.texture import srgb_to_linear
 from radiosity.light.torrance_sparrow import TorranceSparrow
 from radiosity.scene.files import load
-from radiosity.scene.gltf import read_gltf
-from radiosity.scene.gltf_materials import coat_albedo
+from radiosity.scene.gltf.gltf import read_gltf
+from radiosity.scene.gltf.materials import coat_albedo
 from radiosity.scene.model import SceneError
 from radiosity.scene.toml import read_tables
 
@@ -271,7 +271,7 @@ def test_a_matte_file_loads_nothing_of_gloss_and_textures(tmp_path):
     code += "print([m for m in sys.modules if m.startswith('radiosity.')])"
     ran = [sys.executable, "-c", code, str(tmp_path / "a.glb")]
     loaded = subprocess.run(ran, capture_output=True, text=True, check=True).stdout
-    assert "radiosity.scene.gltf_materials" in loaded
+    assert "radiosity.scene.gltf.materials" in loaded
     for module in ("light.fresnel", "light.texture", "scene.textures", "scene.optics"):
         assert f"'radiosity.{module}'" not in loaded
 

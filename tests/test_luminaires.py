@@ -16,8 +16,8 @@ from radiosity.cli.info import describe
 from radiosity.light.luminaire import Luminaire, frame_towards, of_values
 from radiosity.light.photometry import illuminance
 from radiosity.light.sources import Point
-from radiosity.scene.luminaires import read_photometric
 from radiosity.scene.model import SceneError
+from radiosity.scene.photometric.luminaires import read_photometric
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 PLANES = np.array([0.0, 22.5, 45, 67.5, 90])
@@ -258,7 +258,8 @@ def test_scenes_without_luminaires_load_none_of_it():
     )
     loaded = set(json.loads(done.stdout))
     assert "radiosity.light.sources" in loaded
-    readers = {f"radiosity.scene.{m}" for m in ("ies", "eulumdat", "photometric", "luminaires")}
+    names = "ies", "eulumdat", "photometric", "luminaires"
+    readers = {f"radiosity.scene.photometric.{m}" for m in names}
     assert not loaded & {"radiosity.light.luminaire", *readers}
 
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from radiosity.scene.model import SceneError
-from radiosity.scene.mtl import read_mtl
-from radiosity.scene.obj import read_obj
+from radiosity.scene.wavefront.mtl import read_mtl
+from radiosity.scene.wavefront.obj import read_obj
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)

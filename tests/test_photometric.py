@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from radiosity.scene.eulumdat import read_eulumdat
-from radiosity.scene.ies import read_ies
 from radiosity.scene.model import SceneError
+from radiosity.scene.photometric.eulumdat import read_eulumdat
+from radiosity.scene.photometric.ies import read_ies
 
 GAMMA = np.arange(0.0, 181.0, 15.0)
 

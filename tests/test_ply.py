@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from radiosity.scene.meshes.ply import read_ply
 from radiosity.scene.model import SceneError
-from radiosity.scene.ply import read_ply
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
 STAR = [(np.cos(a) * r, np.sin(a) * r, 0.5) for a, r in

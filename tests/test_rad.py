@@ -6,11 +6,11 @@ import pytest
 from radiosity.light.photometry import illuminance
 from radiosity.scene.files import load
 from radiosity.scene.model import SceneError
-from radiosity.scene.rad import read_rad
-from radiosity.scene.rad_materials import radiance_of, table_of
-from radiosity.scene.rad_moves import MoveError, read_moves
-from radiosity.scene.rad_text import Primitive, parsed
-from radiosity.scene.rad_views import read_views
+from radiosity.scene.radiance.materials import radiance_of, table_of
+from radiosity.scene.radiance.moves import MoveError, read_moves
+from radiosity.scene.radiance.rad import read_rad
+from radiosity.scene.radiance.text import Primitive, parsed
+from radiosity.scene.radiance.views import read_views
 
 WALL = "void plastic wall\n0\n0\n5 .5 .4 .3 0 0\n"
 SQUARE = "wall polygon floor\n0\n0\n12 0 0 0 1 0 0 1 1 0 0 1 0\n"

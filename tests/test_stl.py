@@ -5,8 +5,8 @@ import struct
 import numpy as np
 import pytest
 
+from radiosity.scene.meshes.stl import read_stl
 from radiosity.scene.model import SceneError
-from radiosity.scene.stl import read_stl
 
 CORNERS = np.array([[[0, 0, 0], [2, 0, 0], [0, 2, 0]], [[0, 0, 1], [0, 2, 1], [2, 0, 1]]], float)
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from radiosity.scene.model import SceneError
-from radiosity.scene.obj import read_obj
 from radiosity.scene.toml import read_toml
+from radiosity.scene.wavefront.obj import read_obj
 
 SQUARE = "[[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]]"
 FLOOR = f'[[geometry]]\nmaterial = "m"\npolygons = [{SQUARE}]\n'

@@ -9,7 +9,7 @@ from radiosity.light.palette import ACCURACY, kind_of
 from radiosity.scene.assemble import geometry_problem
 from radiosity.scene.geometry import Geometry
 from radiosity.scene.model import Scene, SceneError
-from radiosity.scene.obj import read_obj
+from radiosity.scene.wavefront.obj import read_obj
 
 LARGEST = 2**30  # bytes
 
@@ -197,7 +197,7 @@ def _text_of(folder, name):
 
 
 def _rad(path, folder, merge, uv):
-    from radiosity.scene.rad import read_rad  # few scenes need it
+    from radiosity.scene.radiance.rad import read_rad  # few scenes need it
 
     text = _loosely_decoded(read_bytes(path))
     return read_rad(text, str(path), partial(_text_beside, path, folder), merge)
@@ -243,7 +243,7 @@ def _loosely_decoded(data):
 
 
 def _gltf(path, folder, merge, uv):
-    from radiosity.scene.gltf import read_gltf
+    from radiosity.scene.gltf.gltf import read_gltf
 
     def read_file(name):
         beside = path.parent / name
@@ -255,13 +255,13 @@ def _gltf(path, folder, merge, uv):
 
 
 def _ply(path, folder, merge, uv):
-    from radiosity.scene.ply import read_ply
+    from radiosity.scene.meshes.ply import read_ply
 
     return read_ply(read_bytes(path), str(path), path.stem, merge, uv)
 
 
 def _stl(path, folder, merge, uv):
-    from radiosity.scene.stl import read_stl
+    from radiosity.scene.meshes.stl import read_stl
 
     return read_stl(read_bytes(path), str(path), path.stem, merge)
 

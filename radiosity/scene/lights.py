@@ -179,7 +179,9 @@ def make_light(table: StrictTable, palette: Palette, up: str = "z") -> Light | A
         way /= np.linalg.norm(way)
         return Directional(way, palette.light(table.irradiance), table.group)
     if isinstance(table, IesTable):
-        from radiosity.scene.luminaires import make_luminaire  # other scenes need none of it
+        from radiosity.scene.photometric.luminaires import (
+            make_luminaire,  # other scenes need none of it
+        )
 
         return make_luminaire(table, axis_of(table), palette, up)
     falloff = Falloff() if table.falloff is None else Falloff(**table.falloff.model_dump())

@@ -176,7 +176,7 @@ def _with_photometry(lights, read_text, problems):
     """Return the tables of lights with the photometric files read that they name."""
     if not any(isinstance(table, IesTable) for table in lights.values()):
         return lights
-    from radiosity.scene.luminaires import with_photometry  # others need none of it
+    from radiosity.scene.photometric.luminaires import with_photometry  # others need none of it
 
     return with_photometry(lights, read_text, problems)
 
@@ -184,7 +184,7 @@ def _with_photometry(lights, read_text, problems):
 def _luminaire_notes(tables, lights, faces, unit_m):
     if not any(isinstance(table, IesTable) for table in tables.values()):
         return []
-    from radiosity.scene.luminaires import luminaire_notes
+    from radiosity.scene.photometric.luminaires import luminaire_notes
 
     return luminaire_notes(tables, lights, faces, unit_m)
 

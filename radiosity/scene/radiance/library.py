@@ -6,8 +6,8 @@ import numpy as np
 
 from radiosity.scene.geometry import DEFAULT, free_name
 from radiosity.scene.model import ReadAs
-from radiosity.scene.rad_materials import EMITTERS, NOTHING, MaterialError, table_of
-from radiosity.scene.rad_text import MATERIALS, MODIFIERS, SURFACES, Primitive
+from radiosity.scene.radiance.materials import EMITTERS, NOTHING, MaterialError, table_of
+from radiosity.scene.radiance.text import MATERIALS, MODIFIERS, SURFACES, Primitive
 
 LONGEST_CHAIN = 64  # of names that stand for each other
 

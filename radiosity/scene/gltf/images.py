@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from radiosity.scene.gltf_buffers import Buffers
-from radiosity.scene.gltf_json import Document, Entry
+from radiosity.scene.gltf.buffers import Buffers
+from radiosity.scene.gltf.document import Document, Entry
 from radiosity.scene.model import SceneError
 
 TRANSFORM = "KHR_texture_transform"

@@ -12,9 +12,9 @@ import numpy as np
 
 from radiosity.mesh.outlines import split_outlines
 from radiosity.scene.geometry import DEFAULT, Geometry
+from radiosity.scene.meshes.ply_rows import Binary, Broken, Element, Property, Text, columns_of
+from radiosity.scene.meshes.polygons import faces_of, flat_notes, vertex_problems
 from radiosity.scene.model import SceneError
-from radiosity.scene.ply_rows import Binary, Broken, Element, Property, Text, columns_of
-from radiosity.scene.polygons import faces_of, flat_notes, vertex_problems
 
 TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",

@@ -7,7 +7,7 @@ from pathlib import PurePath
 import numpy as np
 
 from radiosity.scene.model import ReadAs, SceneError
-from radiosity.scene.mtl import Map, Statements
+from radiosity.scene.wavefront.mtl import Map, Statements
 
 WEAK = 0.05  # a share of light up to which no highlight, mirror or pane is modelled
 DULL = 10.0  # exponent (Ns) below which a highlight is so wide that it counts as diffuse
@@ -49,7 +49,7 @@ def make(
 
     Examples
     --------
-    >>> from radiosity.scene.mtl import read_mtl
+    >>> from radiosity.scene.wavefront.mtl import read_mtl
     >>> said, _ = read_mtl("newmtl a\nKd 0.5 0.4 0.3\nKs 0.2\nNs 60")
     >>> make(said["a"], None, str, False, lambda: False).said.table["specular"]
     {'model': 'blinn', 'reflectance': [0.2, 0.2, 0.2], 'exponent': 60.0}

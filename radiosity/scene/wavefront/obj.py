@@ -1,8 +1,8 @@
 """OBJ: Wavefront geometry and its MTL material libraries.
 
 Read are ``v``, ``vn``, ``f``, ``g``, ``o``, ``usemtl`` and ``mtllib``, and ``vt`` where the scene
-or the libraries have textures; what libraries say is in `radiosity.scene.mtl`. Lines, points and
-free-form surfaces are counted; everything else is ignored.
+or the libraries have textures; what libraries say is in `radiosity.scene.wavefront.mtl`. Lines,
+points and free-form surfaces are counted; everything else is ignored.
 """
 
 import re
@@ -13,9 +13,9 @@ import numpy as np
 
 from radiosity.mesh.outlines import split_outlines
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
-from radiosity.scene.libraries import read_libraries, with_materials
+from radiosity.scene.meshes.polygons import faces_of, flat_notes
 from radiosity.scene.model import SceneError
-from radiosity.scene.polygons import faces_of, flat_notes
+from radiosity.scene.wavefront.libraries import read_libraries, with_materials
 
 WHOLE = re.compile(r"[+-]?\d{1,18}")
 WITH_NORMALS = re.compile(r"(?:[+-]?\d{1,18}/(?:[+-]?\d{1,18})?/[+-]?\d{1,18} )+", re.ASCII)

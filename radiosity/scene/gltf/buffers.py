@@ -11,7 +11,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from radiosity.scene.gltf_json import Document, Entry
+from radiosity.scene.gltf.document import Document, Entry
 from radiosity.scene.model import SceneError
 
 MOST = 3 << 22  # elements of one accessor: the corners of as many triangles as are read

@@ -9,7 +9,7 @@ den europaeischen Beleuchtungsplaner".
 import numpy as np
 
 from radiosity.scene.model import SceneError
-from radiosity.scene.photometric import (
+from radiosity.scene.photometric.photometric import (
     CLOSE,
     MOST_VALUES,
     SAME,

@@ -1,7 +1,8 @@
 """Photometric files of makers: what they say of a luminaire, whatever the format.
 
-LM-63 (`radiosity.scene.ies`) and EULUMDAT (`radiosity.scene.eulumdat`) both list intensities at
-angles gamma in some of the C-planes, and leave out planes that follow by symmetry.
+LM-63 (`radiosity.scene.photometric.ies`) and EULUMDAT (`radiosity.scene.photometric.eulumdat`) both
+list intensities at angles gamma in some of the C-planes, and leave out planes that follow by
+symmetry.
 """
 
 import re

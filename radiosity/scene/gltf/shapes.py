@@ -6,9 +6,9 @@ import numpy as np
 
 from radiosity.mesh.corners import unit
 from radiosity.scene.geometry import LONGEST
-from radiosity.scene.gltf_buffers import Buffers
-from radiosity.scene.gltf_json import Document, Entry
-from radiosity.scene.gltf_nodes import Node
+from radiosity.scene.gltf.buffers import Buffers
+from radiosity.scene.gltf.document import Document, Entry
+from radiosity.scene.gltf.nodes import Node
 from radiosity.scene.model import SceneError
 from radiosity.scene.schema import dotted
 

@@ -1,6 +1,6 @@
 """MTL: what the material libraries of OBJ files say, statement by statement.
 
-`radiosity.scene.mtl_tables` makes materials of it; docs/files.md has the table.
+`radiosity.scene.wavefront.tables` makes materials of it; docs/files.md has the table.
 """
 
 from dataclasses import dataclass, field

@@ -10,8 +10,8 @@ import numpy as np
 from radiosity.mesh.faces import Faces, has_area
 from radiosity.mesh.given import Given
 from radiosity.scene.geometry import DEFAULT, Geometry
+from radiosity.scene.meshes.polygons import vertex_problems
 from radiosity.scene.model import SceneError
-from radiosity.scene.polygons import vertex_problems
 
 HEAD, RECORD = 84, 50  # bytes before the triangles of a binary file, and of each
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

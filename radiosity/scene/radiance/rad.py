@@ -15,12 +15,12 @@ from radiosity.mesh.given import Given
 from radiosity.mesh.triangulate import NoArea, convex_quads
 from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.model import SceneError
-from radiosity.scene.rad_library import Library
-from radiosity.scene.rad_moves import MoveError, Moves, read_moves
-from radiosity.scene.rad_shapes import TURNED, ShapeError, box, count_of, facets
-from radiosity.scene.rad_sky import Distant, lights_of
-from radiosity.scene.rad_text import Command, Primitive, RadError, parsed
-from radiosity.scene.rad_views import read_views
+from radiosity.scene.radiance.library import Library
+from radiosity.scene.radiance.moves import MoveError, Moves, read_moves
+from radiosity.scene.radiance.shapes import TURNED, ShapeError, box, count_of, facets
+from radiosity.scene.radiance.sky import Distant, lights_of
+from radiosity.scene.radiance.text import Command, Primitive, RadError, parsed
+from radiosity.scene.radiance.views import read_views
 
 MOST_FACETS = 1_000_000
 MOST_FILES = 2_000

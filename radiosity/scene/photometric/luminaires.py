@@ -8,11 +8,11 @@ from radiosity.light.luminaire import Luminaire, frame_towards
 from radiosity.light.palette import NEUTRAL, Palette
 from radiosity.light.photometry import EFFICACY
 from radiosity.mesh.faces import Faces
-from radiosity.scene.eulumdat import read_eulumdat
-from radiosity.scene.ies import read_ies
 from radiosity.scene.lights import IesTable
 from radiosity.scene.model import SceneError
-from radiosity.scene.photometric import Photometric
+from radiosity.scene.photometric.eulumdat import read_eulumdat
+from radiosity.scene.photometric.ies import read_ies
+from radiosity.scene.photometric.photometric import Photometric
 from radiosity.scene.schema import at
 
 FAR = 5.0  # widths of an opening, from which on a point stands for it within 1 %
@@ -27,7 +27,7 @@ def read_photometric(text: str, name: str) -> Photometric:
     Raises
     ------
     SceneError
-        See `radiosity.scene.ies` and `radiosity.scene.eulumdat`.
+        See `radiosity.scene.photometric.ies` and `radiosity.scene.photometric.eulumdat`.
     """
     read = read_eulumdat if name.lower().endswith(".ldt") else read_ies
     return read(text, name)

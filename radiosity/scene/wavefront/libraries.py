@@ -10,8 +10,8 @@ import numpy as np
 from radiosity.mesh.faces import Faces
 from radiosity.scene.geometry import Geometry
 from radiosity.scene.model import SceneError
-from radiosity.scene.mtl import Statements, read_mtl
-from radiosity.scene.mtl_tables import make
+from radiosity.scene.wavefront.mtl import Statements, read_mtl
+from radiosity.scene.wavefront.tables import make
 
 
 @dataclass(frozen=True)

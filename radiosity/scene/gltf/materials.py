@@ -6,9 +6,9 @@ return more light than arrives: what goes through, is mirrored and is scattered 
 
 import numpy as np
 
-from radiosity.scene.gltf_images import Images
-from radiosity.scene.gltf_json import Document, Entry, Names
-from radiosity.scene.gltf_looks import Look, look_of, words
+from radiosity.scene.gltf.document import Document, Entry, Names
+from radiosity.scene.gltf.images import Images
+from radiosity.scene.gltf.looks import Look, look_of, words
 from radiosity.scene.model import ReadAs
 
 MIRROR = 0.1  # roughness below which highlights are mirror images

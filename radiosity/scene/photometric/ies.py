@@ -8,7 +8,14 @@ import re
 from functools import partial
 
 from radiosity.scene.model import SceneError
-from radiosity.scene.photometric import CLOSE, MOST_VALUES, Photometric, Words, by_range, text_lines
+from radiosity.scene.photometric.photometric import (
+    CLOSE,
+    MOST_VALUES,
+    Photometric,
+    Words,
+    by_range,
+    text_lines,
+)
 
 METRES = {1: 0.3048, 2: 1.0}  # by the number that stands for feet and metres
 PHOTOMETRY = {1: "C", 2: "B", 3: "A"}

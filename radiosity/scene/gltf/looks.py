@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radiosity.light.photometry import EFFICACY
-from radiosity.scene.gltf_images import Images, Picture
-from radiosity.scene.gltf_json import Entry
+from radiosity.scene.gltf.document import Entry
+from radiosity.scene.gltf.images import Images, Picture
 
 GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
 ABSORBS = 1e6  # most, in 1/m

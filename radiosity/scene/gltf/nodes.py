@@ -6,8 +6,8 @@ import numpy as np
 
 from radiosity.light.photometry import EFFICACY
 from radiosity.scene.geometry import LONGEST
-from radiosity.scene.gltf_buffers import Buffers
-from radiosity.scene.gltf_json import Document, Entry, Names
+from radiosity.scene.gltf.buffers import Buffers
+from radiosity.scene.gltf.document import Document, Entry, Names
 from radiosity.scene.lights import NARROWEST
 from radiosity.scene.schema import BRIGHTEST, LARGEST_PICTURE
 

@@ -11,12 +11,12 @@ import numpy as np
 from radiosity.mesh.faces import Faces, has_area
 from radiosity.mesh.given import Given
 from radiosity.scene.geometry import DEFAULT, Geometry
-from radiosity.scene.gltf_buffers import Buffers
-from radiosity.scene.gltf_images import TRANSFORM, Images
-from radiosity.scene.gltf_json import Document, Names
-from radiosity.scene.gltf_looks import READ
-from radiosity.scene.gltf_materials import Materials
-from radiosity.scene.gltf_nodes import (
+from radiosity.scene.gltf.buffers import Buffers
+from radiosity.scene.gltf.document import Document, Names
+from radiosity.scene.gltf.images import TRANSFORM, Images
+from radiosity.scene.gltf.looks import READ
+from radiosity.scene.gltf.materials import Materials
+from radiosity.scene.gltf.nodes import (
     INSTANCES,
     LIGHTS,
     VISIBLE,
@@ -25,7 +25,7 @@ from radiosity.scene.gltf_nodes import (
     placed_nodes,
     places_of,
 )
-from radiosity.scene.gltf_shapes import DRACO, MOST_TRIANGLES, Shapes, check_count
+from radiosity.scene.gltf.shapes import DRACO, MOST_TRIANGLES, Shapes, check_count
 from radiosity.scene.model import SceneError
 
 KNOWN = READ | {LIGHTS, INSTANCES, VISIBLE, TRANSFORM, "KHR_mesh_quantization"}
