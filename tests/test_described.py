@@ -55,6 +55,20 @@ def test_the_scene_files_own_definitions_win():
     assert [type(s).__name__ for s in found.lights] == ["Point", "Spot"]
 
 
+def test_files_that_describe_a_material_differently_keep_their_own():
+    other = brought(materials={"coat": ReadAs("b", {"diffuse": 0.7})})
+    files = {"a.obj": brought(), "b.obj": other}
+    raw = {"geometry": [{"file": "a.obj"}, {"file": "b.obj", "translate": [0, 0, 1]}]}
+    found = read_tables(raw, "x.toml", lambda name, uv: files[name])
+    assert [m.name for m in found.materials] == ["coat", "coat-2"]
+    np.testing.assert_array_equal(found.materials[1].diffuse, [0.7] * 3)
+    assert found.faces.material.tolist() == [0, 1]
+    told = 'two files describe the material "coat" differently: the second one is called "coat-2"'
+    assert found.notes == (told,)
+    own = read_tables(raw | {"materials": {"coat": {"diffuse": 0.1}}}, "x", lambda n, uv: files[n])
+    assert [m.name for m in own.materials] == ["coat"] and own.notes == ()
+
+
 def test_unused_materials_of_a_file_are_left_out_without_a_note():
     materials = {"coat": ReadAs("a", COAT), "spare": ReadAs("b", {"diffuse": 0.5})}
     found = scene(brought(materials=materials))

@@ -225,7 +225,7 @@ def test_geometry_named_by_the_user_may_lie_anywhere(house):
     assert len(read_geometry(house / ".." / "secret.obj").faces) == 1
 
 
-def test_materials_of_a_library_reach_the_scene_and_the_first_one_wins(house):
+def test_materials_of_libraries_reach_the_scene_each_with_its_own(house):
     for name, kd in (("x", 0.1), ("y", 0.2)):
         (house / f"{name}.mtl").write_text(
             f"newmtl a\nKd {kd} {kd} {kd}\nnewmtl {name}\nKd 0 0 0\n"
@@ -235,7 +235,7 @@ def test_materials_of_a_library_reach_the_scene_and_the_first_one_wins(house):
         )
     (house / "a.toml").write_text('[[geometry]]\nfile = "x.obj"\n[[geometry]]\nfile = "y.obj"\n')
     made = {m.name: m.diffuse[0] for m in load(house / "a.toml").materials}
-    assert made == {"default": 0.5, "a": 0.1, "x": 0, "y": 0}
+    assert made == {"default": 0.5, "a": 0.1, "a-2": 0.2, "x": 0, "y": 0}
 
 
 @pytest.mark.parametrize("end", ["\r", "\r\n"])

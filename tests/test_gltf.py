@@ -400,3 +400,13 @@ def test_the_cornell_box_as_glb_is_as_bright(tmp_path):
     expected, _ = one.irradiance(points, normals)
     found, _ = two.irradiance(points / 1000, normals)
     np.testing.assert_allclose(found, expected, rtol=0.01)  # the same faces, in single precision
+
+
+def test_a_model_may_be_named_by_its_whole_path(tmp_path, monkeypatch):
+    (tmp_path / "sub").mkdir()
+    path = Path(__file__).resolve().parent / "foreign" / "alien.glb"
+    (tmp_path / "sub" / "a.glb").write_bytes(path.read_bytes())
+    whole = (tmp_path / "sub" / "a.glb").as_posix()
+    (tmp_path / "sub" / "a.toml").write_text(f'[[geometry]]\nfile = "{whole}"\n')
+    monkeypatch.chdir(tmp_path)
+    assert len(load(Path("sub") / "a.toml").faces) == len(load(path).faces)

@@ -378,6 +378,8 @@ def test_tables_that_are_printed_can_stand_in_a_scene_file(tmp_path):
     own = read_as(load(tmp_path / "a.toml"))
     assert own['a "b"']["table"] == found['a "b"']["table"]
     assert own["spare"] == {"origin": "as the scene file has it", "table": {"diffuse": 0.3}}
+    odd = toml("a\x7f", {"table": {"diffuse": {"texture": "\x7f.png"}}})
+    assert tomllib.loads(odd)["materials"] == {"a\x7f": {"diffuse": {"texture": "\x7f.png"}}}
     bare = square()
     (tmp_path / "b.glb").write_bytes(bare.glb())
     default = read_as(load(tmp_path / "b.glb"))["default"]

@@ -12,7 +12,8 @@ from PIL import Image as Pillow
 import radiosity
 from radiosity.light.texture import srgb_to_linear
 from radiosity.scene.model import SceneError
-from radiosity.scene.textures import LARGEST
+from radiosity.scene.schema import MaterialTable
+from radiosity.scene.textures import LARGEST, details_of
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 SQUARE = "[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]"
@@ -280,3 +281,25 @@ def test_textured_scenes_go_through_every_verb(folder):
     floor = saved["face"] == 0
     mean = np.average(saved["reflectance"][floor, 0], weights=saved["area_m2"][floor])
     assert mean == pytest.approx(0.4, rel=1e-6)  # float32 texels
+
+
+def test_a_picture_that_materials_share_is_read_and_kept_once(tmp_path, monkeypatch):
+    pictures = []
+
+    def picture(name):
+        pictures.append(name)
+        return np.full((40, 50, 3), 100, np.uint8)
+
+    tables = {
+        name: MaterialTable.model_validate({"diffuse": {"texture": file}})
+        for name, file in (("a", "x.png"), ("b", "x.png"), ("c", "y.png"))
+    }
+    problems = []
+    found = details_of(tables, picture, problems)
+    assert pictures == ["x.png", "y.png"] and not problems
+    assert found["a"].texture.texels is found["b"].texture.texels
+    monkeypatch.setattr("radiosity.scene.textures.MOST", 3999)
+    details_of(tables, picture, problems)
+    where = 'materials.c.diffuse.texture = "y.png" '
+    told = "brings the scene's textures to 4000 texels, at most 3999 are read: reduce them"
+    assert problems == [where + told]

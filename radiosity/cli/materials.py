@@ -44,7 +44,9 @@ def _value(value) -> str:
         return f"{{ {inside} }}"
     if isinstance(value, list):
         return f"[{', '.join(map(_value, value))}]"
-    return json.dumps(value, ensure_ascii=False)
+    from radiosity.scene.schema import quoted
+
+    return quoted(value) if isinstance(value, str) else json.dumps(value)
 
 
 def _key(key) -> str:

@@ -2,7 +2,7 @@
 
 import difflib
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from radiosity.light.palette import ACCURACY, kind_of
@@ -223,8 +223,8 @@ def _text_beside(path, folder, name):
 
 def _obj(path, folder, merge, uv):
     text = _loosely_decoded(read_bytes(path))
-    beside = [partial(f, path, folder) for f in (_text_beside, _picture_beside)]
-    return read_obj(text, str(path), beside[0], merge, uv, beside[1])
+    picture = cache(partial(_picture_beside, path, folder))  # several materials may show it
+    return read_obj(text, str(path), partial(_text_beside, path, folder), merge, uv, picture)
 
 
 def _picture_beside(path, folder, name):
@@ -250,7 +250,7 @@ def _gltf(path, folder, merge, uv):
         _check_inside(beside, folder)
         return read_bytes(beside)
 
-    called = path.name if path.parent == folder else str(path.relative_to(folder))
+    called = path.resolve().relative_to(folder.resolve()).as_posix()
     return read_gltf(read_bytes(path), str(path), read_file, merge, uv, called)
 
 

@@ -5,6 +5,7 @@ lights and cameras are tables as a scene file has them, so that a reader needs t
 format only, and everything is checked and coloured in one place.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -96,16 +97,18 @@ def _moved(table, matrix):
     return moved
 
 
-def joined(parts: list[Geometry]) -> Geometry:
+def joined(parts: list[Geometry], defined: Collection[str] = ()) -> Geometry:
     """Return one geometry of all parts, in order.
 
-    Materials of one name are one material, the first part that describes it wins; groups of
-    different parts stay apart, as do cameras: a name that is taken gets a number ("wall",
-    "wall-2"). Faces that repeat one of their material are dropped.
+    Materials of one name are one material, unless two parts describe it differently and it is not
+    among those that a scene file has ``defined``; groups of different parts stay apart, as do
+    cameras: a name that is taken gets a number ("wall", "wall-2"). Faces that repeat one of their
+    material are dropped.
     """
     materials, groups, described, notes, faces, fixed = {}, {}, {}, [], [], set()
     lights, cameras, pictures = [], {}, {}
     for part in parts:
+        part = _apart(part, described, defined)
         material = [materials.setdefault(n, len(materials)) for n in part.material_names]
         group = [groups.setdefault(free_name(n, groups), len(groups)) for n in part.group_names]
         fixed |= {list(groups)[group[k]] for k, n in enumerate(part.group_names) if n in part.fixed}
@@ -124,6 +127,27 @@ def joined(parts: list[Geometry]) -> Geometry:
     return Geometry(
         faces, tuple(materials), tuple(groups), described, tuple(notes), lights=tuple(lights),
         cameras=cameras, pictures=pictures, fixed=frozenset(fixed),
+    )  # fmt: skip
+
+
+def _apart(part, described, defined):
+    """Return a part with numbers after the names of materials that others describe differently."""
+    clash = [
+        n for n, said in part.materials.items()
+        if n not in defined and n in described and described[n].table != said.table
+    ]  # fmt: skip
+    if not clash:
+        return part
+    taken = {*described, *part.material_names, *part.materials, *defined}
+    new = {name: free_name(name, taken) for name in clash}
+    notes = [
+        f'two files describe the material "{name}" differently: the second one is called "{other}"'
+        for name, other in new.items()
+    ]
+    return replace(
+        part, material_names=tuple(new.get(n, n) for n in part.material_names),
+        materials={new.get(n, n): said for n, said in part.materials.items()},
+        notes=(*part.notes, *notes),
     )  # fmt: skip
 
 

@@ -295,8 +295,13 @@ def dotted(path: tuple) -> str:
             text += f"[{key}]"
         else:
             bare = re.fullmatch(r"[A-Za-z0-9_-]+", key)
-            text += ("." if text else "") + (key if bare else json.dumps(key, ensure_ascii=False))
+            text += ("." if text else "") + (key if bare else quoted(key))
     return text
+
+
+def quoted(text: str) -> str:
+    """Return a text as TOML writes it, in quotes."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def shown(value) -> str:
@@ -304,7 +309,7 @@ def shown(value) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        text = json.dumps(value, ensure_ascii=False)
+        text = quoted(value)
     elif isinstance(value, int) and abs(value) >= 10**40:
         text = "a whole number of more than 40 digits"
     elif isinstance(value, dict):

@@ -20,7 +20,7 @@ from radiosity.scene.energy import ROUNDING
 from radiosity.scene.model import Material, SceneError
 from radiosity.scene.schema import OPTICAL, RECEIVES, MaterialTable, at, dotted, values_of
 
-LARGEST = 1 << 24  # pixels
+LARGEST, MOST = 1 << 24, 1 << 26  # pixels of a picture, of all of a scene
 GREATEST = 1e30  # value, of single precision
 CODED = ".png", ".jpg", ".jpeg"  # whole numbers, of which sRGB is the usual meaning
 SUFFIXES = (*CODED, ".exr", ".npy")
@@ -162,49 +162,73 @@ def details_of(
     tables: dict[str, MaterialTable | None], picture: Callable[[str], np.ndarray], problems: list
 ) -> dict[str, Details]:
     """Return the details of the materials that have some; what is wrong becomes a problem."""
-    found = {}
+    found, read = {}, _Reader(picture, problems)
     for name, table in tables.items():
         before, texture, bump, shininess = len(problems), None, None, None
         if table is None:
             continue
         path = ("materials", name, "diffuse")
         if isinstance(table.diffuse, TextureKey):
-            texture = _read(table.diffuse, path, picture, problems)
+            texture = read(table.diffuse, path)
             texture = texture and _reflectance(table, texture, path, problems)
         if table.bump is not None:
-            bump = _read(replace(table.bump, encoding=table.bump.encoding or "linear"),
-                         (*path[:2], "bump"), picture, problems)  # fmt: skip
+            key = replace(table.bump, encoding=table.bump.encoding or "linear")
+            bump = read(key, (*path[:2], "bump"))
             bump = bump and Bump(replace(bump, texels=bump.texels[..., :1]), table.bump.height)
         rough = table.specular and table.specular.roughness
         if isinstance(rough, TextureKey):
-            shininess = _shininess(rough, (*path[:2], "specular", "roughness"), picture, problems)
+            shininess = _shininess(rough, (*path[:2], "specular", "roughness"), read, problems)
         if (texture or bump or shininess) and len(problems) == before:
             found[name] = Details(texture, bump, shininess)
     return found
 
 
-def _read(key, path, picture, problems):
-    """Return the texture that a key names, None where something is wrong with it."""
-    try:
-        pixels = picture(key.texture)
-        pixels = pixels / _most(pixels)
-    except SceneError as error:
-        problems += [at((*path, "texture"), key.texture, p) for p in error.problems]
-        return None
-    bad = np.argwhere(~(np.abs(pixels) < GREATEST).all(axis=2))
-    if len(bad):
-        text = f"row {bad[0][0]}, column {bad[0][1]} must be finite, and below {GREATEST:g}"
-        problems.append(at((*path, "texture"), key.texture, text))
-        return None
-    coded = Path(key.texture).suffix.lower() in CODED
-    if key.encoding == "sRGB" or (key.encoding is None and coded):
-        pixels = srgb_to_linear(pixels)
-    return Texture(pixels, key.repeat)
+class _Reader:
+    """Textures that keys name, one for all materials that share it; what is wrong is a problem."""
+
+    def __init__(self, picture, problems):
+        self._picture, self._problems = picture, problems
+        self._found, self._texels = {}, 0
+
+    def __call__(self, key, path) -> Texture | None:
+        """Return a texture, None where something is wrong with it; ``path`` is that of its key."""
+        coded = Path(key.texture).suffix.lower() in CODED
+        encoded = key.encoding == "sRGB" or (key.encoding is None and coded)
+        which = key.texture, encoded, key.repeat
+        if which not in self._found:
+            try:
+                self._found[which] = self._read(key, encoded)
+            except SceneError as error:
+                where = (*path, "texture")
+                self._problems += [at(where, key.texture, text) for text in error.problems]
+                return None
+        return self._found[which]
+
+    def _read(self, key, encoded):
+        pixels = self._picture(key.texture)
+        self._texels += pixels.shape[0] * pixels.shape[1]
+        if self._texels > MOST:
+            text = f"brings the scene's textures to {self._texels} texels, at most {MOST} are read"
+            raise SceneError(key.texture, [f"{text}: reduce them"])
+        bad = np.argwhere(~(np.abs(pixels) < GREATEST).all(axis=2))
+        if len(bad):
+            text = f"row {bad[0][0]}, column {bad[0][1]} must be finite, and below {GREATEST:g}"
+            raise SceneError(key.texture, [text])
+        return Texture(_linear(pixels, encoded), key.repeat)
 
 
-def _shininess(key, path, picture, problems):
+def _linear(pixels, encoded):
+    """Return the values of pixels, in single precision; whole numbers are looked up."""
+    decode = srgb_to_linear if encoded else np.asarray
+    if pixels.dtype.kind not in "iu":
+        return decode(pixels.astype(float))
+    most = _most(pixels)
+    return decode(np.arange(most + 1) / most).astype(np.float32)[pixels]
+
+
+def _shininess(key, path, read, problems):
     """Return the shininess that a texture tells; texels out of bounds are problems."""
-    texture = _read(replace(key, encoding=key.encoding or "linear"), path, picture, problems)
+    texture = read(replace(key, encoding=key.encoding or "linear"), path)
     if texture is None:
         return None
     texels = texture.texels[..., :1]
@@ -222,7 +246,8 @@ def _shininess(key, path, picture, problems):
 def _reflectance(table, texture, path, problems):
     """Return the texture of the reflectance, three bands; texels out of bounds are problems."""
     key = table.diffuse
-    texels = texture.texels * np.array(key.scale, np.float32)
+    scaled = texture.bands != 3 or key.scale != (1.0, 1.0, 1.0)
+    texels = texture.texels * np.array(key.scale, np.float32) if scaled else texture.texels
     wrong = (texels < 0.0) | (texels > 1.0 + ROUNDING)
     if wrong.any():
         row, column, band = np.argwhere(wrong)[0]
@@ -232,7 +257,7 @@ def _reflectance(table, texture, path, problems):
             f"{RECEIVES}; {wrong.any(axis=2).sum()} texels do not: lower its scale"
         )
         return None
-    found = Texture(texels, key.repeat)
+    found = Texture(texels, key.repeat) if scaled else texture
     too_much = _with_others(table, found.highest)
     if too_much:
         problems.append(f'{dotted((*path, "texture"))} = "{key.texture}": where it is brightest '

@@ -102,7 +102,8 @@ def read_tables(
     unit, up = frame_of(raw)
     uv = _names_texture(raw.get("materials"))
     parts = parts_of(raw.get("geometry", []), read_geometry, merge, uv, (unit, up), problems)
-    geometry = joined(parts) if parts and None not in parts else None
+    own = raw.get("materials") if isinstance(raw.get("materials"), dict) else {}
+    geometry = joined(parts, own) if parts and None not in parts else None
     raw = raw if geometry is None else with_described(raw, geometry)
     materials = _tables(MaterialTable, raw, "materials", problems, _material_problems)
     details = _details(materials, geometry, read_picture, problems)
