@@ -290,3 +290,37 @@ def test_the_cornell_box_is_the_measured_one():
     red = scene.faces.material == names.index("red")
     assert scene.faces.is_triangle[red].all()  # that wall is not planar as measured
     assert not scene.faces.is_triangle[~red].any()
+
+
+def test_files_beside_are_taken_where_the_named_place_has_none(house):
+    """Also where that lies outside of the folder; only such files are refused that are nowhere."""
+    (house / "room.mtl").write_text("newmtl a\nKd 0.2 0.2 0.2\nmap_Kd x/wood.png\n")
+    face = OBJ + "vt 0 0\nusemtl a\nf 1/1 2/1 3/1\n"
+    for place in ("/home/me/room.mtl", "../room.mtl", "lib\\room.mtl", "room.mtl gone.mtl"):
+        (house / "a.obj").write_text(f"mtllib {place}\n" + face)
+        made = {m.name: m.diffuse[0] for m in load(house / "a.obj").materials}
+        assert made["a"] == 0.2, place
+    assert "the material library gone.mtl is not there" in str(load(house / "a.obj").notes)
+    long = 300 * "a"
+    (house / "room.mtl").write_text(f"newmtl a\nKd 0.2 0.2 0.2\nmap_Kd {long}.png\n")
+    (house / "a.obj").write_text(f"mtllib room.mtl {long}.mtl\n" + face)
+    assert "Kd stands" in str(load(house / "a.obj").notes)
+    (house / "a.rad").write_text(f"!xform {long}.rad\nvoid plastic a 0 0 5 1 1 1 0 0\n"
+                                 "a polygon p 0 0 9 0 0 0 1 0 0 1 1 0\n")  # fmt: skip
+    assert "is not there" in str(load(house / "a.rad").notes)
+
+
+def test_pictures_of_a_library_are_named_from_the_scenes_folder(house, monkeypatch):
+    import imageio.v3
+
+    (house / "sub").mkdir()
+    imageio.v3.imwrite(house / "sub" / "wood.png", np.full((2, 2, 3), 188, np.uint8))
+    (house / "sub" / "a.mtl").write_text("newmtl a\nmap_Kd wood.png\n")
+    text = "mtllib a.mtl\n" + OBJ + "vt 0 0\nvt 1 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\n"
+    (house / "sub" / "a.obj").write_text(text.replace("f 1 2 3\n", ""))
+    (house / "a.toml").write_text('[[geometry]]\nfile = "sub/a.obj"\n')
+    for here in (house, house.parent, house / "sub"):
+        monkeypatch.chdir(here)
+        table = load(house / "a.toml").read_as["a"].table
+        assert table["diffuse"]["texture"] == "sub/wood.png"
+        assert load(house / "sub" / "a.obj").read_as["a"].table["diffuse"]["texture"] == "wood.png"

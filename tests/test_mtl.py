@@ -198,7 +198,9 @@ def test_texture_coordinates_are_read_where_a_library_needs_them():
     plain = read_obj(text, "x.obj", lambda name: "newmtl a\nKd 0.5")
     assert plain.faces.uv is None
     library = "newmtl a\nKd 0.5\nmap_Kd -o 1 2 -s 3 4 a.png\n"
-    found = read_obj(text, "d/x.obj", lambda name: library, read_picture=lambda name: PICTURE)
+    found = read_obj(
+        text, "x.obj", lambda name: library, read_picture=lambda name: PICTURE, called="d/x.obj"
+    )
     np.testing.assert_array_equal(found.faces.uv[0], [[1, 2], [4, 2], [4, 6], [1, 6]])
     assert list(found.pictures) == ["d/a.png"]
     raw = {"geometry": [{"file": "d/x.obj"}]}

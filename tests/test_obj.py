@@ -254,3 +254,8 @@ def test_wrong_texture_coordinates_and_normals_are_named(line, text):
 def test_points_with_normals_and_no_faces_are_refused():
     with pytest.raises(SceneError, match="has no faces"):
         read_obj("v 0 0 0\nvn 0 0 1\n", "a.obj", None)
+
+
+def test_colours_of_vertices_are_told():
+    found = read(SQUARE.replace("v 0 0 0\n", "v 0 0 0 1 0 0\n", 1) + "f 1 2 3 4\n")
+    assert found.notes == ("colours of 1 vertices are not read",)

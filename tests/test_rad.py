@@ -287,6 +287,49 @@ def test_views():
     assert cameras["view-2"] == cameras["view-2"] | plan
 
 
+def test_views_that_are_shifted_or_too_many_are_told():
+    view = "rvu -vtv -vp 1 2 3 -vd 0 1 0 -vu 0 0 1 -vs 0.5\n"
+    cameras, notes = read_views(101 * view)
+    assert len(cameras) == 100 and notes == [
+        "of 101 views of the .vf file 100 are read",
+        "100 views of the .vf file are shifted or lifted (-vs, -vl): not read",
+    ]
+
+
+@pytest.mark.parametrize(("unit", "metre"), [("m", 1.0), ("mm", 0.001)])
+def test_dielectrics_absorb_per_length_of_the_file(tmp_path, unit, metre):
+    text = "void dielectric wall 0 0 5 .5 .25 1 1.5 0\n" + SQUARE
+    (tmp_path / "a.rad").write_text(text)
+    (tmp_path / "a.toml").write_text(f'unit = "{unit}"\n[[geometry]]\nfile = "a.rad"\n')
+    expected = -np.log([0.5, 0.25, 1.0]) / metre
+    for scene in (load(tmp_path / "a.toml"), load(tmp_path / "a.rad", unit=unit)):
+        np.testing.assert_allclose(scene.materials[0].absorption, expected)
+    (tmp_path / "b.toml").write_text(
+        f'unit = "ft"\n[[geometry]]\nfile = "a.rad"\nunit = "{unit}"\nscale = 7\n'
+    )
+    np.testing.assert_allclose(load(tmp_path / "b.toml").materials[0].absorption, expected)
+
+
+def test_weak_reflection_of_glass_counts_as_scattered():
+    found = table("glass", 0.35, 0.35, 0.35)
+    r = (0.52 / 2.52) ** 2
+    through = 0.35 * (1 - r) ** 2 / (1 - (0.35 * r) ** 2)
+    assert found["diffuse"] == pytest.approx([r + r * 0.35 * through] * 3) and "mirror" not in found
+    assert found["transmit"] == pytest.approx([through] * 3)
+    assert table("glass", 0.05, 0.05, 0.05)["translucent"][0] < 0.05
+
+
+@pytest.mark.parametrize("part", ["sun source s 0 0 4 0 0 1 1\n", SQUARE])
+def test_suns_and_polygons_are_counted_before_they_are_made(monkeypatch, part):
+    monkeypatch.setattr("radiosity.scene.radiance.rad.MOST_FACETS", 1000)
+    lamp = "void light sun 0 0 3 1 1 1\n"
+    many = "!xform -a 30 x.rad\n"
+    told = problems(f"!xform -a 40 y.rad\n{WALL}{SQUARE}", x=WALL + lamp + part, y=many)
+    assert told == ["line 1: makes more than 1000 facets: split the scene"]
+    again = "".join("!xform x.rad\n" for _ in range(1001))
+    assert "makes more than 1000 facets" in problems(again + WALL + SQUARE, x=WALL + lamp + part)[0]
+
+
 def test_a_file_and_its_views_on_disk(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "floor.rad").write_text(WALL + SQUARE)

@@ -82,6 +82,7 @@ TEXT = solid("a", CORNERS)
         (TEXT[:-60], "has 5 vertices in 1 facets"),
         (TEXT.replace(b"vertex 2.0 0.0 0.0", b"vertex 2.0 zero 0.0"), "line 5: vertex 2.0 zero"),
         (TEXT.replace(b"vertex 2.0 0.0 0.0", b"vortex 2.0 0.0 0.0"), "has 5 vertices in 2 facets"),
+        (TEXT.replace(b"2.0", b"1" * 2_000_000, 1), "has 5 vertices in 2 facets"),
         (TEXT.replace(b"2.0", b"1e99"), "must be finite and at most 1e+30"),
     ],
 )  # fmt: skip

@@ -50,6 +50,8 @@ def parts_of(
         matrix = _placement(raw, path, problems)
         part = _part(raw, path, read_geometry, merge, uv, problems)
         if len(problems) == before:
+            if part.unit is None:
+                part = part.per_metre(UNITS[raw.get("unit", frame[0])])
             part = part.placed(matrix @ _into(frame, part, raw))
             part = _smoothed(part, raw.get("smooth"), path, problems)
             if raw.get("repair") is False:

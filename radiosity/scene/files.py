@@ -141,12 +141,15 @@ def _like(path):
     return f": did you mean {like[0]}?" if like else ""
 
 
-def _check_inside(path, folder):
+def _is_inside(path, folder):
     try:
-        inside = path.resolve().is_relative_to(folder.resolve())
+        return path.resolve().is_relative_to(folder.resolve())
     except (OSError, RuntimeError, ValueError) as error:
         raise SceneError(str(path), [f"cannot be read: {error}"]) from None
-    if not inside:
+
+
+def _check_inside(path, folder):
+    if not _is_inside(path, folder):
         raise SceneError(
             str(path),
             [
@@ -207,33 +210,38 @@ def _beside(path, folder, name):
     """Return the path of a file that a geometry file names, relative to its own folder.
 
     Where there is none in the folder that it names, one right beside the geometry file is taken.
+
+    Raises
+    ------
+    SceneError
+        It is in neither place, and the named one lies outside of the scene's folder.
     """
-    named = path.parent / name
+    named = path.parent / name.replace("\\", "/")
+    for place in (named, path.parent / named.name):
+        if _is_inside(place, folder) and file_problem(place) is None:
+            return place
     _check_inside(named, folder)
-    beside = path.parent / Path(name).name
-    return beside if not named.is_file() and beside.is_file() else named
+    return named
 
 
 def _text_beside(path, folder, name):
     """Return the text of a file that a geometry file names, None if there is none."""
-    beside = _beside(path, folder, name.replace("\\", "/"))
-    _check_inside(beside, folder)
-    return _loosely_decoded(read_bytes(beside)) if beside.is_file() else None
+    beside = _beside(path, folder, name)
+    return _loosely_decoded(read_bytes(beside)) if file_problem(beside) is None else None
 
 
 def _obj(path, folder, merge, uv):
     text = _loosely_decoded(read_bytes(path))
     picture = cache(partial(_picture_beside, path, folder))  # several materials may show it
-    return read_obj(text, str(path), partial(_text_beside, path, folder), merge, uv, picture)
+    library = partial(_text_beside, path, folder)
+    return read_obj(text, str(path), library, merge, uv, picture, _called(path, folder))
 
 
 def _picture_beside(path, folder, name):
     """Return the pixels of a picture that a geometry file names, relative to its own folder."""
     from radiosity.scene.textures import read_picture
 
-    picture = _beside(path, folder, name)
-    _check_inside(picture, folder)
-    return read_picture(picture, read_bytes)
+    return read_picture(_beside(path, folder, name), read_bytes)
 
 
 def _loosely_decoded(data):
@@ -246,12 +254,16 @@ def _gltf(path, folder, merge, uv):
     from radiosity.scene.gltf.gltf import read_gltf
 
     def read_file(name):
-        beside = path.parent / name
-        _check_inside(beside, folder)
-        return read_bytes(beside)
+        return read_bytes(_beside(path, folder, name))
 
-    called = path.resolve().relative_to(folder.resolve()).as_posix()
-    return read_gltf(read_bytes(path), str(path), read_file, merge, uv, called)
+    return read_gltf(read_bytes(path), str(path), read_file, merge, uv, _called(path, folder))
+
+
+def _called(path, folder):
+    """Return the name of a file within the scene's folder."""
+    place = path.parent.resolve() / path.name
+    inside = place.is_relative_to(folder.resolve())
+    return place.relative_to(folder.resolve()).as_posix() if inside else path.name
 
 
 def _ply(path, folder, merge, uv):

@@ -62,6 +62,19 @@ class Geometry:
         faces = replace(self.faces, material=np.zeros(len(self.faces), int))
         return replace(self, faces=faces, material_names=(name,), materials={}, given=None)
 
+    def per_metre(self, unit_m: float) -> "Geometry":
+        """Return the geometry with absorption in 1/m that was given per length of the file."""
+        def told(said):
+            values = [x / unit_m for x in said.table["absorption"]]
+            return replace(said, table=said.table | {"absorption": values})
+
+        if unit_m == 1.0:
+            return self
+        return replace(self, materials={
+            name: told(said) if "absorption" in said.table else said
+            for name, said in self.materials.items()
+        })  # fmt: skip
+
     def placed(self, matrix: np.ndarray) -> "Geometry":
         """Return the geometry moved by a matrix (4, 4) that acts on columns.
 

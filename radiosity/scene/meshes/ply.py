@@ -27,6 +27,7 @@ MOST = 64  # elements, and properties of one
 PLACE = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")
 COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
+SCALARS = {*PLACE, *NORMAL, *sum(COORDINATES, ())}
 INDICES = ("vertex_indices", "vertex_index")
 COLOURS = ("red", "green", "blue", "alpha")
 
@@ -150,7 +151,12 @@ def _check_elements(elements):
     scalars = [p.name for p in vertex.properties if p.counted is None]
     if not set(PLACE) <= set(scalars):
         raise Broken(f"has vertices with {', '.join(scalars) or 'nothing'}: x, y and z are needed")
+    listed = [p.name for p in vertex.properties if p.counted and p.name in SCALARS]
+    if listed:
+        raise Broken(f"lists {', '.join(listed)} of vertices, where each must be one number")
     face = next(e for e in elements if e.name == "face")
+    if any(p.name == "texcoord" and not p.counted for p in face.properties):
+        raise Broken("has one number texcoord of faces, where a list of u and v must stand")
     if not any(p.counted and p.name in INDICES for p in face.properties):
         found = ", ".join(p.name for p in face.properties) or "nothing"
         raise Broken(f"has faces with {found}: a list {' or '.join(INDICES)} is needed")
@@ -249,7 +255,7 @@ def _coordinates(vertex, per_corner, corners, size):
 
 def _left_out(elements):
     """Return a note of the properties and elements that are not modelled."""
-    known = {"vertex": {*PLACE, *NORMAL, *sum(COORDINATES, ())}, "face": {*INDICES, "texcoord"}}
+    known = {"vertex": SCALARS, "face": {*INDICES, "texcoord"}}
     named = []
     for e in elements:
         if e.name not in known:

@@ -16,7 +16,7 @@ from radiosity.scene.model import SceneError
 HEAD, RECORD = 84, 50  # bytes before the triangles of a binary file, and of each
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 SOLID = re.compile(rb"^[ \t]*(end)?solid\b[ \t]*([^\r\n]*)", re.MULTILINE | re.IGNORECASE)
-VERTEX = re.compile(rb"\bvertex\s+([^\s]+)\s+([^\s]+)\s+([^\s]+)", re.IGNORECASE)
+VERTEX = re.compile(rb"\bvertex\s+(\S{1,64})\s+(\S{1,64})\s+(\S{1,64})(?!\S)", re.IGNORECASE)
 
 
 def read_stl(data: bytes, source: str, name: str, merge: bool = True) -> Geometry:

@@ -137,13 +137,15 @@ def _glass(said, notes):
     t, r = _share(said, 0, 3, notes), ((index - 1.0) / (index + 1.0)) ** 2
     inside = (1.0 - r) ** 2 / (1.0 - (t * r) ** 2)
     through, back = t * inside, r + r * t**2 * inside
-    if through.max() <= WEAK:
-        through = np.zeros(3)
-    if back.max() <= WEAK:
-        back = np.zeros(3)
     table = {"diffuse": 0.0}
-    table |= {"transmit": through.tolist()} if through.any() else {}
-    return table | ({"mirror": back.tolist()} if back.any() else {})
+    shares = (back, "mirror", "diffuse"), (through, "transmit", "translucent")
+    for value, key, scattered in shares:
+        weak = 0.0 < value.max() <= WEAK
+        if value.any():
+            table[scattered if weak else key] = value.tolist()
+        if weak:
+            notes.append(f"glass: up to {WEAK:g} of light counts as scattered")
+    return table
 
 
 def _dielectric(said, notes):

@@ -89,10 +89,10 @@ class _Reader:
         material = self.library.material_of(said, where, self.problems)
         if material is None:
             return
+        if not self._room(count_of(said.kind), 1, where, said.line):
+            return
         if said.kind == "source":
             self._source(said, material, parts, where)
-            return
-        if not self._room(count_of(said.kind), 1, where, said.line):
             return
         self.round += said.kind != "polygon"
         if said.kind == "polygon" and len(said.reals) in (9, 12):
@@ -206,7 +206,7 @@ class _Reader:
 
     def _moved(self, parts, moves: Moves, where, line) -> Parts:
         """Return the copies that ``xform`` makes of parts."""
-        count = sum(len(p.quads) for p in parts.pieces)
+        count = sum(len(p.quads) for p in parts.pieces) + len(parts.distant)
         if not self._room(count, len(moves.matrices) - 1, where, line):
             return Parts()
         if moves.modifier is not None:

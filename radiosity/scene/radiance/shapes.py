@@ -49,10 +49,9 @@ TURNED = [1, 0, 3, 2]  # the other way round, and triangles still repeat their l
 
 
 def count_of(kind: str) -> int:
-    """Return how many facets a round surface has at most, 0 for a polygon."""
-    return {"polygon": 0, "sphere": SIDES * SIDES // 2, "bubble": SIDES * SIDES // 2}.get(
-        kind, SIDES
-    )
+    """Return how many facets a surface has at most; polygons and suns count as one."""
+    ball = SIDES * SIDES // 2
+    return {"polygon": 1, "source": 1, "sphere": ball, "bubble": ball}.get(kind, SIDES)
 
 
 def _flat(quads):

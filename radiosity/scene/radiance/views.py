@@ -27,7 +27,19 @@ def read_views(text: str) -> tuple[dict[str, dict], list[str]]:
         else:
             cameras[name] = table
     notes = [f"{wrong} views of the .vf file are neither pinhole nor parallel"] if wrong else []
+    if len(lines) > MOST:
+        notes.append(f"of {len(lines)} views of the .vf file {MOST} are read")
+    moved = sum(map(_shifted, lines[:MOST]))
+    if moved:
+        notes.append(f"{moved} views of the .vf file are shifted or lifted (-vs, -vl): not read")
     return cameras, notes
+
+
+def _shifted(line):
+    """Whether a view is moved in its plane."""
+    words = line.split()
+    pairs = zip(words, words[1:], strict=False)
+    return any(key in ("-vs", "-vl") and value.strip("+-0.") for key, value in pairs)
 
 
 def _camera(words):

@@ -40,13 +40,13 @@ def read_libraries(
     found, places, notes, wrong = {}, {}, [], []
     for number, rest in named:
         texts = _library_texts(number, rest, read_library, wrong)
-        if texts is None:
-            notes.append(
-                f"line {number}: the material library {rest} is not there: its materials come "
-                "from the scene file or reflect 0.5"
-            )
-            continue
         for name, file_text in texts.items():
+            if file_text is None:
+                notes.append(
+                    f"line {number}: the material library {name} is not there: its materials come "
+                    "from the scene file or reflect 0.5"
+                )
+                continue
             more, problems = read_mtl(file_text)
             found = more | found
             places = dict.fromkeys(more, PurePosixPath(name).parent) | places
@@ -60,24 +60,24 @@ def read_libraries(
 
 
 def _library_texts(number, rest, read_library, problems):
-    """Return {name: text} of the files a ``mtllib`` line names, None if one is missing."""
-    for names in ([rest], rest.split()):
-        try:
-            texts = {name: read_library(name) for name in names}
-        except SceneError as error:
-            problems += [f"line {number}: mtllib {rest}: {p}" for p in error.problems]
-            return {}
-        if texts and None not in texts.values():
-            return texts
-    return None
+    """Return {name: text or None} of the files a ``mtllib`` line names: one, or several words."""
+    try:
+        whole = read_library(rest)
+        names = [rest] if whole is not None else rest.split()
+        texts = {name: whole if name == rest else read_library(name) for name in names}
+    except SceneError as error:
+        problems += [f"line {number}: mtllib {rest}: {p}" for p in error.problems]
+        return {}
+    return texts if any(text is not None for text in texts.values()) else {rest: None}
 
 
 def with_materials(
-    geometry: Geometry, libraries: Libraries, read_picture: Callable[[str], np.ndarray], source: str
+    geometry: Geometry, libraries: Libraries, read_picture: Callable[[str], np.ndarray], called: str
 ) -> Geometry:
     """Return a geometry with the materials of its libraries, their pictures and notes.
 
-    ``read_picture`` is given names relative to the OBJ file ``source``.
+    ``read_picture`` is given names relative to the OBJ file, which is ``called`` so within the
+    scene's folder: there tables name pictures.
     """
     faces, materials, pictures, told = geometry.faces, {}, {}, {}
     index = {name: k for k, name in enumerate(geometry.material_names)}
@@ -86,7 +86,7 @@ def with_materials(
         said = its if name in index else replace(its, maps={})
         made = make(
             said, partial(_beside, read_picture, place),
-            partial(_beside, str, PurePosixPath(source).parent / place), _covered(faces, mine),
+            partial(_beside, str, PurePosixPath(called).parent / place), _covered(faces, mine),
             partial(_closes, geometry.faces, mine),
         )  # fmt: skip
         materials[name], pictures = made.said, pictures | made.pictures

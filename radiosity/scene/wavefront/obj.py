@@ -30,6 +30,7 @@ class _Statements:
 
     vertex: list = field(default_factory=list)
     vertex_line: list = field(default_factory=list)
+    coloured: int = 0
     uv: list = field(default_factory=list)
     uv_line: list = field(default_factory=list)
     normal: list = field(default_factory=list)
@@ -49,7 +50,7 @@ class _Statements:
 
 def read_obj(
     text: str, source: str, read_library: Callable[[str], str | None], merge: bool = True,
-    uv: bool = False, read_picture: Callable[[str], np.ndarray] | None = None,
+    uv: bool = False, read_picture: Callable[[str], np.ndarray] | None = None, called: str = "",
 ) -> Geometry:  # fmt: skip
     """Return the geometry of an OBJ file.
 
@@ -67,6 +68,8 @@ def read_obj(
         Read texture coordinates; they are read anyway where a library names textures.
     read_picture : callable, optional
         Returns the pixels of a picture given its place beside the OBJ file; raises SceneError.
+    called : str
+        The file's name within the scene's folder, beside which names of pictures are.
 
     Raises
     ------
@@ -97,9 +100,10 @@ def read_obj(
     )  # fmt: skip
     names = tuple(said.material_names), tuple(said.group_names)
     more = [f"{n} lines {word} are not read" for word, n in said.skipped.items()]
+    more += [f"colours of {said.coloured} vertices are not read"] if said.coloured else []
     notes = *libraries.notes, *flat_notes(found), *more
     geometry = Geometry(faces, *names, notes=notes, given=given)
-    return with_materials(geometry, libraries, read_picture or _no_picture, source)
+    return with_materials(geometry, libraries, read_picture or _no_picture, called)
 
 
 def _no_picture(name):
@@ -119,6 +123,7 @@ def _statements(text, uv):
         if word == "v":
             said.vertex.append(words[1:4])
             said.vertex_line.append(number)
+            said.coloured += len(words) == 7
         elif word == "f":
             words = line.partition("#")[0].split() if "#" in line else words
             said.corner += words[1:]
