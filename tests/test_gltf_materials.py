@@ -384,3 +384,17 @@ def test_tables_that_are_printed_can_stand_in_a_scene_file(tmp_path):
     (tmp_path / "b.glb").write_bytes(bare.glb())
     default = read_as(load(tmp_path / "b.glb"))["default"]
     assert default["origin"] == "defined nowhere, taken by default"
+
+
+def test_what_lets_hardly_any_light_through_is_opaque():
+    """5 % at most; glass of 6 % is glass."""
+    whole = table(pbr(*RED))
+    made = square(pbr(*RED, 0.999, alphaMode="BLEND"))
+    scene = scene_of(made)
+    (said,) = scene.read_as.values()
+    assert said.table == whole
+    assert "up to 0.05 of light through a surface counts as diffuse (1 mat" in " ".join(scene.notes)
+    assert table(extended(pbr(*RED), transmission={"transmissionFactor": 0.05})) == whole
+    clear = {"transmission": {"transmissionFactor": 0.05}, "volume": {"thicknessFactor": 1}}
+    assert table(extended(pbr(*RED), **clear)) == whole
+    near(table(pbr(*RED, 0.94, alphaMode="BLEND"))["transmit"], [0.06] * 3)

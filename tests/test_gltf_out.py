@@ -175,3 +175,16 @@ def test_nothing_lit_is_black_and_valid(tmp_path):
     save(solve(scene(polygons), accuracy=0.3), tmp_path / "dark.glb")
     assert not Glb(tmp_path / "dark.glb").triangles("COLOR_0").any()
     assert validated(tmp_path / "dark.glb") == (0, 0)
+
+
+@pytest.mark.parametrize("up", "xyz")
+def test_a_model_read_back_into_a_scene_of_the_same_axis_lies_as_it_did(up, tmp_path):
+    turn = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}[up]
+    polygons = box((0, 0, 0), (4, 5, 3))[..., turn]
+    exitance = np.full((len(polygons), 3), 1.0)
+    save(solve(scene(polygons, 0.5, exitance, up=up), accuracy=0.3), tmp_path / "out.glb")
+    (tmp_path / "s.toml").write_text(f'up = "{up}"\n[[geometry]]\nfile = "out.glb"\n')
+    v = load(tmp_path / "s.toml").faces.vertices
+    low, high = v.min(axis=(0, 1)), v.max(axis=(0, 1))
+    assert low == pytest.approx(np.zeros(3), abs=1e-6)
+    assert high == pytest.approx(np.array([4, 5, 3])[turn], abs=1e-6)

@@ -261,3 +261,51 @@ def test_wrong_use_of_probe_is_told_before_the_work(args, words):
     done = run(SCENES / "lroom.toml", *args)
     assert done.returncode == 2 and words in done.stderr and "solved" not in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def two_rooms(*strengths):
+    """Two closed rooms side by side, a point light in each, and a block and a hood in the first."""
+    rooms = np.concatenate([box((0, 0, 0), (2, 2, 2)), box((3, 0, 0), (5, 2, 2))])
+    hood = block((1.4, 1.4, 0), (1.8, 1.8, 1), bottom=False)
+    solids = [block((0.2, 0.2, 0), (0.6, 0.6, 1)), hood]
+    lights = tuple(
+        Point(np.array([x, 1.0, 1.8]), np.full(3, 10.0 * strength))
+        for x, strength in zip((1, 4), strengths, strict=False)
+    )
+    return solve(scene(np.concatenate([rooms, *solids]), 0.5, lights=lights), accuracy=0.2)
+
+
+@pytest.mark.parametrize("strengths", [(1, 1), (1, 0), (0, 0), ()])
+def test_points_of_dark_rooms_count_and_those_inside_of_bodies_do_not(strengths):
+    """A hood, a block without a bottom, has the floor's front below it all the same."""
+    solution = two_rooms(*strengths)
+    grid = plane_grid(solution, 0.8, spacing=0.2, margin=0.0)
+    x, y = grid.points[:, :2].T
+    assert len(x) == 2 * 100 - 2 * 4 and not np.any((x > 2) & (x < 3))
+    for low in (0.2, 1.4):
+        assert not np.any((np.abs(x - low - 0.2) < 0.2) & (np.abs(y - low - 0.2) < 0.2))
+    found = measured(solution, grid)
+    if strengths == (1, 0):
+        assert found.minimum == 0 and found.u0 == 0 and found.mean > 0
+    if not any(strengths):
+        assert found.maximum == 0 and np.isnan(found.u0) and np.isnan(found.ud_error)
+
+
+@pytest.mark.parametrize("strength", [0.0, 1.0])
+def test_a_room_turned_inside_out_has_points_where_no_light_is(strength):
+    polygons = np.concatenate([box((0, 0, 0), (2, 2, 2))[:, ::-1], block((0, 0, 0), (1, 1, 1))])
+    light = Point(np.array([1.5, 1.5, 1.8]), np.full(3, strength))
+    solution = solve(scene(polygons, 0.5, lights=(light,)), accuracy=0.2)
+    grid = plane_grid(solution, 0.5, spacing=0.25, margin=0.0)
+    assert len(grid.points) == 64 - 16
+
+
+def test_probe_tells_a_dark_grid_without_ratios():
+    lroom = SCENES / "lroom.toml"
+    dark = lroom, "--grid", "0.75", "--accuracy", "0.1", "--dim", "black=0", "--quiet"
+    done = run(*dark, "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)["illuminance_lx"]
+    assert told["mean"] == told["maximum"] == 0 and told["u0"] is told["ud_error"] is None
+    lines = run(*dark).stderr.splitlines()
+    assert lines[-2:] == [f"{name:12}{'-':>12}{'-':>12}" for name in ("U0 min/mean", "Ud min/max")]

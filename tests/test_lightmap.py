@@ -280,3 +280,13 @@ def test_a_crash_of_xatlas_is_told_and_takes_nothing_along(monkeypatch):
     monkeypatch.setattr("sys.executable", "false")
     with pytest.raises(ValueError, match="xatlas, which lays the surfaces out, failed 4 times"):
         packed([square], 64, 4)
+
+
+def test_a_place_where_no_lightmap_can_be_written_is_refused_before_solving(tmp_path):
+    (tmp_path / "out-lightmap.exr").mkdir()
+    scenes = Path(__file__).resolve().parent.parent / "scenes"
+    args = ["solve", scenes / "box6.toml", "-o", tmp_path / "out.glb", "--lightmap", "64"]
+    done = subprocess.run([sys.executable, "-m", "radiosity", *map(str, args)],
+                          capture_output=True, text=True)  # fmt: skip
+    assert done.returncode != 0 and "cannot write a file over a folder" in done.stderr
+    assert "patches" not in done.stdout and not (tmp_path / "out.glb").exists()

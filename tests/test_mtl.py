@@ -9,7 +9,8 @@ from radiosity.scene.model import SceneError
 from radiosity.scene.toml import read_tables
 from radiosity.scene.wavefront.mtl import Map, read_mtl
 from radiosity.scene.wavefront.obj import read_obj
-from radiosity.scene.wavefront.tables import DULL, WEAK, make
+from radiosity.scene.wavefront.tables import DULL, make
+from radiosity.scene.weak import WEAK
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 UV = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"

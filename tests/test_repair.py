@@ -7,6 +7,7 @@ import pytest
 from scenes_for_tests import block, box, uv_sphere
 
 from radiosity.cli.info import describe
+from radiosity.mesh.patches import reversed_winding
 from radiosity.scene.files import load
 from radiosity.scene.model import SceneError
 from radiosity.scene.toml import read_toml
@@ -180,3 +181,18 @@ def test_info_prints_the_findings_with_places(tmp_path, capsys):
     assert found["open"] == 2 and found["high"] == [1, 1, 1] and len(found["notes"]) == 3
     (crossing,) = found["findings"]
     assert (crossing["kind"], crossing["groups"], crossing["count"]) == ("crossing", ["floor"], 1)
+
+
+@pytest.mark.parametrize("material", [GLASS, SHINES])
+@pytest.mark.parametrize("odd", [(), range(0, 128, 6)])
+def test_smooth_normals_do_not_depend_on_faces_that_are_turned(material, odd):
+    """Of a sphere they are its radii, as near as the mesh is fine, on the turned faces too."""
+    inside = uv_sphere(8) + [2, 2, 1.5]
+    ball = reversed_winding(inside)
+    ball[list(odd)] = inside[list(odd)]
+    found = scene(material, ball, keys="smooth = 60\n")
+    assert volume(found) > 0
+    mine = found.faces.is_curved
+    radii = found.faces.vertices[mine] - [2, 2, 1.5]
+    cosine = np.einsum("fvc,fvc->fv", found.faces.corner_normals[mine], radii)
+    assert mine.sum() == 128 and np.degrees(np.arccos(cosine.min())) < 1.5

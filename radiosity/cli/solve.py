@@ -1,5 +1,6 @@
 """``radiosity solve``."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -71,6 +72,11 @@ def solve(
     if output:
         check_suffix(output, lightmap)
         check_place(output)
+        if lightmap is not None:
+            from radiosity.view.lightmap import beside
+
+            for place in beside(Path(output)):
+                check_place(place)
     elif lightmap is not None:
         raise ValueError(f"--lightmap {lightmap} needs a file to write: add -o OUT.glb")
     saved = _load(factors, memory)

@@ -1,19 +1,34 @@
 """Faces that stand for a curved surface: normals at their corners, made or as files give them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from radiosity.mesh.corners import unit
 from radiosity.mesh.faces import Faces, ranges, welded
+from radiosity.mesh.seams import find_seams
+from radiosity.mesh.winding import find_shells, turned
 
 FLAT = 1e-6  # of the length of normals, by which they may miss a flat face's own
 
 
 def smooth_normals(faces: Faces, degrees: float) -> np.ndarray:
-    """Return normals (f, 4, 3) at corners, as means over the faces that meet there.
+    """Return normals (f, 4, 3) at corners on the fronts, as means over the faces that meet there.
 
     Faces count whose normals differ by no more than ``degrees`` from the corner's own face's, with
-    their angles at the corner as weights (Thuermer & Wuethrich 1998).
+    their angles at the corner as weights (Thuermer & Wuethrich 1998). Which way round the faces
+    are wound does not matter: neighbours are taken as if they agreed.
     """
+    odd = find_shells(faces, find_seams(faces)).odd
+    if not odd.any():
+        return _means(faces, degrees)
+    even = turned(faces, odd)
+    even = replace(even, corner_normals=_means(even, degrees))
+    return turned(even, odd).corner_normals
+
+
+def _means(faces, degrees):
+    """Return what `smooth_normals` does, of faces that agree."""
     own, angle = faces.normals(), _angles(faces.vertices)
     corner = np.flatnonzero(angle.ravel() > 0.0)
     vertex = welded(faces.vertices.reshape(-1, 3))[corner]

@@ -1,6 +1,6 @@
 """Faces: the planar triangles and convex quadrilaterals a scene is made of."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -119,6 +119,20 @@ class Faces:
         left = self.vertices[keep], self.material[keep], self.group[keep]
         dropped = self.duplicates + int(np.count_nonzero(~keep))
         return Faces(*left, self.degenerate, uv, normals, dropped)
+
+    def reversed(self, which: np.ndarray) -> "Faces":
+        """Return the faces with those of ``which`` (f,) bool wound the other way round.
+
+        First corners stay first; texture coordinates and normals stay at their corners, as they
+        are.
+        """
+        order = np.where(self.is_triangle[:, None], [0, 2, 1, 1], [0, 3, 2, 1])
+        order = np.where(which[:, None], order, np.arange(4))[..., None]
+        v, uv, normals = (
+            None if x is None else np.take_along_axis(x, order, axis=1)
+            for x in (self.vertices, self.uv, self.corner_normals)
+        )
+        return replace(self, vertices=v, uv=uv, corner_normals=normals)
 
     def __len__(self) -> int:
         """Return the number of faces."""

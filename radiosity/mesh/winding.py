@@ -111,12 +111,8 @@ def inside_out(faces: Faces, shells: Shells) -> np.ndarray:
 
 def turned(faces: Faces, which: np.ndarray) -> Faces:
     """Return the faces with those of ``which`` (f,) bool turned round; first corners stay."""
-    order = np.where(faces.is_triangle[:, None], [0, 2, 1, 1], [0, 3, 2, 1])
-    order = np.where(which[:, None], order, np.arange(4))[..., None]
-    v, uv, normals = (
-        None if x is None else np.take_along_axis(x, order, axis=1)
-        for x in (faces.vertices, faces.uv, faces.corner_normals)
-    )
-    if normals is not None:
-        normals = np.where(which[:, None, None], -normals, normals)
-    return replace(faces, vertices=v, uv=uv, corner_normals=normals)
+    found = faces.reversed(which)
+    if found.corner_normals is None:
+        return found
+    normals = np.where(which[:, None, None], -found.corner_normals, found.corner_normals)
+    return replace(found, corner_normals=normals)

@@ -21,7 +21,7 @@ from radiosity.scene.schema import (
     checked,
     dotted,
 )
-from radiosity.scene.units import UNITS
+from radiosity.scene.units import UNITS, turn_between
 
 GLTF = ".glb", ".gltf"
 
@@ -74,16 +74,10 @@ def frame_of(raw: dict) -> tuple[str, str]:
 
 
 def _into(frame, part, raw):
-    """Return the matrix (4, 4) from a block's own unit and axis, or its format's, to the scene's.
-
-    Axes turn the short way: from y to z the old z becomes -y.
-    """
+    """Return the matrix (4, 4) from a block's unit and axis, or its format's, to the scene's."""
     unit, up = raw.get("unit", part.unit or frame[0]), raw.get("up", part.up or frame[1])
-    matrix, old, new = np.eye(4), "xyz".index(up), "xyz".index(frame[1])
-    if old != new:
-        matrix[old, old] = matrix[new, new] = 0.0
-        matrix[new, old], matrix[old, new] = 1.0, -1.0
-    matrix[:3] *= UNITS[unit] / UNITS[frame[0]]
+    matrix = np.eye(4)
+    matrix[:3, :3] = UNITS[unit] / UNITS[frame[0]] * turn_between(up, frame[1])
     return matrix
 
 

@@ -82,17 +82,13 @@ class Geometry:
         inverse transpose. Lights and cameras go along; what they are as bright as stays.
         """
         faces, linear = self.faces, matrix[:3, :3]
-        v, uv, normals = faces.vertices @ linear.T + matrix[:3, 3], faces.uv, faces.corner_normals
+        if np.linalg.det(linear) < 0:
+            faces = faces.reversed(np.ones(len(faces), bool))
+        v, normals = faces.vertices @ linear.T + matrix[:3, 3], faces.corner_normals
         if normals is not None:
             normals = normals @ np.linalg.inv(linear)
             normals /= np.linalg.norm(normals, axis=2, keepdims=True)
-        if np.linalg.det(linear) < 0:
-            order = np.where(faces.is_triangle[:, None], [0, 2, 1, 1], [0, 3, 2, 1])[..., None]
-            v, uv, normals = (
-                None if x is None else np.take_along_axis(x, order, axis=1)
-                for x in (v, uv, normals)
-            )
-        faces = replace(faces, vertices=v, uv=uv, corner_normals=normals)
+        faces = replace(faces, vertices=v, corner_normals=normals)
         lights = tuple(_moved(table, matrix) for table in self.lights)
         cameras = {name: _moved(table, matrix) for name, table in self.cameras.items()}
         return replace(self, faces=faces, given=None, lights=lights, cameras=cameras)

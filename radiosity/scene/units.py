@@ -1,4 +1,4 @@
-"""Units of length, and the question whether a scene of implausible size has the right one."""
+"""Units of length, axes that point up, and the question whether a scene's size is plausible."""
 
 import numpy as np
 
@@ -29,6 +29,23 @@ def extent_notes(faces: Faces, unit: str) -> list[str]:
     lengths = " or ".join(f"{_text(extent * UNITS[u])} m" for u in likely)
     return [f"the scene is {_text(long)} m long: is its unit {' or '.join(likely)}? Then it would "
             f"be {lengths}"]  # fmt: skip
+
+
+def turn_between(old: str, new: str) -> np.ndarray:
+    """Return the rotation (3, 3) that takes one axis that points up to another, the short way.
+
+    The third axis stays: from z to y the old y becomes -z, (x, y, z) -> (x, z, -y).
+
+    Examples
+    --------
+    >>> (turn_between("x", "y") @ [1, 2, 3]).tolist()
+    [-2.0, 1.0, 3.0]
+    """
+    turn, a, b = np.eye(3), "xyz".index(old), "xyz".index(new)
+    if a != b:
+        turn[a, a] = turn[b, b] = 0.0
+        turn[b, a], turn[a, b] = 1.0, -1.0
+    return turn
 
 
 def _text(value):

@@ -12,6 +12,7 @@ import numpy as np
 
 from radiosity import __version__
 from radiosity.scene.model import Camera, Scene
+from radiosity.scene.units import turn_between
 from radiosity.view.camera import basis
 
 _MAGIC, _VERSION, _JSON, _BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
@@ -20,12 +21,6 @@ _TYPES = {(np.float32, 1): (5126, "SCALAR"), (np.float32, 2): (5126, "VEC2"),
           (np.float32, 3): (5126, "VEC3"), (np.uint16, 1): (5123, "SCALAR"),
           (np.uint32, 1): (5125, "SCALAR")}  # fmt: skip
 _SHORT = 65535  # vertices that two bytes can number: the last number means something else
-# Rows take scene axes to glTF's: right, up, towards the viewer.
-_AXES = {
-    "x": np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]]),
-    "y": np.eye(3),
-    "z": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]),
-}
 
 
 class Document:
@@ -107,7 +102,7 @@ class Document:
 
 def to_gltf(scene: Scene, points: np.ndarray) -> np.ndarray:
     """Return points (..., 3) of a scene in metres with y up."""
-    return (np.asarray(points, float) * scene.unit_m) @ _AXES[scene.up].T
+    return (np.asarray(points, float) * scene.unit_m) @ turn_between(scene.up, "y").T
 
 
 def add_cameras(document: Document, scene: Scene) -> list[int]:
@@ -120,7 +115,7 @@ def add_cameras(document: Document, scene: Scene) -> list[int]:
 
 
 def _add_camera(document: Document, scene: Scene, camera: Camera) -> int:
-    right, up, forward = (_AXES[scene.up] @ v for v in basis(camera))
+    right, up, forward = (turn_between(scene.up, "y") @ v for v in basis(camera))
     matrix = np.eye(4)
     matrix[:3, :3] = np.column_stack([right, up, -forward])
     matrix[:3, 3] = to_gltf(scene, camera.position)

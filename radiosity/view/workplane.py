@@ -3,6 +3,8 @@
 import numpy as np
 
 from radiosity.mesh.patches import NONE
+from radiosity.mesh.seams import find_seams
+from radiosity.mesh.winding import find_shells
 from radiosity.scene.model import Scene
 from radiosity.solve.solution import Solution
 from radiosity.transport.hemisphere import meet
@@ -10,6 +12,7 @@ from radiosity.transport.visibility import LIFT
 from radiosity.view.pointgrid import BAND, SHARE, PointGrid, cells, middles
 
 AT_ONCE = 1 << 20  # distances between points and walls
+LOOKS = 64  # directions that a point looks in for whether it is inside of a body
 
 
 def plane_grid(
@@ -17,9 +20,12 @@ def plane_grid(
 ) -> PointGrid:
     """Return the points of a horizontal plane that face up, over all of the scene.
 
-    Points count where the first surface straight below is lit on the side that is met. That leaves
-    out what lies inside of solid bodies, outside of rooms and above their roofs. Points nearer than
-    the margin to anything that stands through the plane, or to the scene's ends, do not count.
+    Points count that have a floor: the first surface straight below shows them its front, and no
+    more than half of what they see all around are backs. That leaves out what lies inside of solid
+    bodies, outside of rooms and above their roofs, whether lamps are on or not. Where light falls
+    on the side that is met below, points count in any case, so also in rooms turned inside out.
+    Points nearer than the margin to anything that stands through the plane, or to the scene's ends,
+    do not count.
 
     Parameters
     ----------
@@ -45,14 +51,14 @@ def plane_grid(
     scene = solution.scene
     points, spacing, margin = plane_cells(scene, height, spacing, margin)
     up, flat = _axes(scene)
-    keep = _above_light(solution, points, up)
+    keep = _above_floor(solution, points, up)
     if margin > 0.0:
         keep &= _distance(points[:, flat], _walls(scene, height, up, flat)) >= margin * (1 - 1e-9)
     if not keep.any():
         raise ValueError(
             f"grid at height {height:g} {scene.unit}: none of its {len(points)} points lies above "
-            f"a lit surface and {margin:g} {scene.unit} from walls: use another height or a "
-            "smaller margin, or give points"
+            f"the front of a surface and {margin:g} {scene.unit} from walls: use another height or "
+            "a smaller margin, or give points"
         )
     normals = np.tile(np.eye(3)[up], (keep.sum(), 1))
     return PointGrid(points[keep], normals, spacing, margin, int((~keep).sum()))
@@ -88,16 +94,54 @@ def _axes(scene: Scene):
     return up, [(up + 1) % 3, (up + 2) % 3]
 
 
-def _above_light(solution, points, up):
-    """Return (k,) bool: points that look down on a lit side of a face first."""
+def _above_floor(solution, points, up):
+    """Return (k,) bool: points that look down on a lit side, or on a front and are in no body."""
     around = solution.surroundings
-    seen = around.visibility
-    raised = (points - seen.centre) * seen.scale + LIFT * np.eye(3)[up]  # off a floor at its height
-    down = np.tile(-np.eye(3, dtype=np.float32)[up], (len(points), 1))
-    sides, _ = meet(seen, around.table, raised.astype(np.float32), down)
+    sides = _met(around, points, -np.eye(3)[up], up)
     row = np.where(sides >= 0, around.field.row[sides], NONE)
     lit = (solution.irradiance_on + solution.emission).any(axis=1)
-    return (row >= 0) & lit[row]
+    found = (row >= 0) & lit[row]
+    dark = np.flatnonzero((sides >= 0) & ~found)
+    if len(dark):
+        turned = _inside_out(solution.scene.faces)[solution.patches.face]
+        dark = dark[~_backs(sides[dark], turned)]
+        found[dark] = ~_in_a_body(around, points[dark], up, turned)
+    return found
+
+
+def _met(around, points, direction, up):
+    """Return (k,) the sides met from points in one direction, 2 patch + 1 for backs, or `NONE`."""
+    seen = around.visibility
+    raised = (points - seen.centre) * seen.scale + LIFT * np.eye(3)[up]  # off a floor at its height
+    along = np.tile(direction.astype(np.float32), (len(points), 1))
+    return meet(seen, around.table, raised.astype(np.float32), along)[0]
+
+
+def _backs(sides, turned):
+    """Return (k,) bool: sides that are backs; of patches ``turned`` inside out, fronts are."""
+    return (sides >= 0) & ((sides % 2 == 1) != turned[sides // 2])
+
+
+def _in_a_body(around, points, up, turned):
+    """Return (k,) bool: points to which more than half of what they see all around are backs."""
+    k = np.arange(LOOKS) + 0.5
+    height, turn = 1.0 - 2.0 * k / LOOKS, np.pi * (1.0 + 5.0**0.5) * k  # a spiral, about even
+    across = np.sqrt(1.0 - height**2)
+    backs, some = np.zeros((2, len(points)), int)
+    for d in np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=1):
+        sides = _met(around, points, d, up)
+        backs += _backs(sides, turned)
+        some += sides >= 0
+    return 2 * backs > some
+
+
+def _inside_out(faces):
+    """Return (f,) bool: faces of a closed body that looks outward and is about all of the scene."""
+    shells = find_shells(faces, find_seams(faces))
+    low, high = shells.boxes(faces)
+    v = faces.vertices
+    about = np.all((low <= v.min(axis=(0, 1))) & (high >= v.max(axis=(0, 1))), axis=1)
+    return ((shells.volume > 0) & about)[shells.of_face]
 
 
 def _walls(scene: Scene, height, up, flat):

@@ -4,12 +4,15 @@ What a file says becomes a `Look`, and the look a table, see docs/files.md for h
 return more light than arrives: what goes through, is mirrored and is scattered share it.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from radiosity.scene.gltf.document import Document, Entry, Names
 from radiosity.scene.gltf.images import Images
 from radiosity.scene.gltf.looks import Look, look_of, words
 from radiosity.scene.model import ReadAs
+from radiosity.scene.weak import WEAK
 
 MIRROR = 0.1  # roughness below which highlights are mirror images
 COATED = 0.4  # from which on a dielectric coat is part of the diffuse reflectance
@@ -78,6 +81,9 @@ class Materials:
         if look.picture is not None and not covered:
             look = look.plain()
             self._note("textures without texture coordinates: their mean colour is taken", entry)
+        if 0.0 < passing_straight(look) <= WEAK:
+            look = replace(look, opacity=1.0, transmission=0.0, absorption=None)
+            self._note(f"up to {WEAK:g} of light through a surface counts as diffuse", entry)
         table = table_of(look, self._repeats(look))
         if look.picture is not None and isinstance(table["diffuse"], dict):
             self.pictures[look.picture.name] = look.picture.pixels
@@ -94,6 +100,12 @@ class Materials:
 
 def _called(entry):
     return entry.name(f"material-{entry.path[-1] + 1}")
+
+
+def passing_straight(look: Look) -> float:
+    """Return the largest share of light that a surface lets through, in any band."""
+    clear = look.transmission * (1.0 - look.metallic) * look.colour.max()
+    return float(1.0 - look.opacity * (1.0 - clear))
 
 
 def table_of(look: Look, repeat: bool = True) -> dict:

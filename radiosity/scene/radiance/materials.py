@@ -6,7 +6,8 @@ import numpy as np
 
 from radiosity.light.photometry import EFFICACY, luminance
 from radiosity.scene.radiance.text import Primitive
-from radiosity.scene.wavefront.tables import SHARPEST, WEAK
+from radiosity.scene.wavefront.tables import SHARPEST
+from radiosity.scene.weak import WEAK
 
 RADIANCE_EFFICACY = 179.0  # lm/W of its white
 RADIANCE_LUMINANCE = np.array([0.265, 0.670, 0.065])

@@ -8,8 +8,8 @@ import numpy as np
 
 from radiosity.scene.model import ReadAs, SceneError
 from radiosity.scene.wavefront.mtl import Map, Statements
+from radiosity.scene.weak import WEAK
 
-WEAK = 0.05  # a share of light up to which no highlight, mirror or pane is modelled
 DULL = 10.0  # exponent (Ns) below which a highlight is so wide that it counts as diffuse
 SHARPEST = 0.01  # roughness below which metal is a mirror
 CLEAR = 0.9  # transmission from which on a body has no colour of its own
