@@ -334,3 +334,17 @@ def test_scenes_load_without_the_container():
     found = subprocess.run([sys.executable, "-c", code], cwd=SCENES.parent, capture_output=True,
                            text=True)  # fmt: skip
     assert found.stdout.strip() == "[]", found.stderr
+
+
+def test_pictures_that_are_not_finite_are_refused(tmp_path):
+    solution = MADE["textured"]()
+    materials = list(solution.scene.materials)
+    (k,) = [k for k, m in enumerate(materials) if m.bump is not None][:1]
+    relief = materials[k].bump
+    texels = np.full_like(relief.texture.texels, np.nan)
+    broken = replace(relief, texture=replace(relief.texture, texels=texels))
+    materials[k] = replace(materials[k], bump=broken)
+    odd = replace(solution, scene=replace(solution.scene, materials=tuple(materials)))
+    radiosity.save(odd, tmp_path / "odd.radsol")
+    with pytest.raises(radiosity.SceneError, match=f"materials.{materials[k].name}.bump holds"):
+        radiosity.load(tmp_path / "odd.radsol")

@@ -167,13 +167,19 @@ def test_skins_and_morphs_stand_as_the_file_has_them():
     expected = SQUARE + [0, 0, 2 + 0.25 * 8 + 0.75 * 15]
     np.testing.assert_allclose(corners(found)[0], expected, atol=1e-12)
     assert sum("pose" in note or "morph" in note for note in found.notes) == 2
+    assert not any("joints" in note and "more than 4" in note for note in found.notes)
+    made.json["meshes"][0]["primitives"][0]["attributes"]["JOINTS_1"] = joints
+    told = "skinned meshes of more than 4 joints a vertex: the first 4 count (1)"
+    assert told in read(made).notes
 
 
 def test_only_the_default_scene_counts():
     made = square()
     made.node(mesh=0, translation=[0, 0, 5])
     made.json |= {"scenes": [{"nodes": [0]}, {"nodes": [1]}], "scene": 1}
-    assert corners(read(made))[0, 0, 2] == 5
+    found = read(made)
+    assert corners(found)[0, 0, 2] == 5
+    assert found.notes == ("meshes outside of the scene that is shown: left out (1)",)
 
 
 def test_points_and_lines_are_noted():
@@ -216,8 +222,11 @@ def test_cameras_are_where_their_nodes_are(tmp_path):
              orthographic={"xmag": 3, "ymag": 1.5, "znear": 0, "zfar": 9})  # fmt: skip
     made.node(camera=0, rotation=[0, 0.5**0.5, 0, 0.5**0.5], translation=[4, 0, 1])
     made.node(camera=1, name="plan")
+    made.node(camera=1, name="flat", scale=[1, 0, 1])
     (tmp_path / "a.glb").write_bytes(made.glb())
-    eye, plan = load(tmp_path / "a.glb").cameras.values()
+    scene = load(tmp_path / "a.glb")
+    eye, plan = scene.cameras.values()
+    assert "cameras of nodes that are flattened: left out (1)" in scene.notes
     assert (eye.name, eye.size, plan.name, plan.size) == ("eye", (1024, 512), "plan", (1024, 512))
     np.testing.assert_allclose(eye.target - eye.position, [-1, 0, 0], atol=1e-12)
     assert np.radians(eye.fov) == pytest.approx(0.5)

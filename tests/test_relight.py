@@ -192,3 +192,9 @@ def test_too_many_groups_are_refused():
     assert not solution.can_dim
     with pytest.raises(ValueError, match='40 groups of light .* group = "lamps"'):
         solution.dimmed({"point 1": 0.5})
+
+
+def test_lights_without_a_group_go_by_the_type_of_the_scene_file():
+    office = radiosity.load(SCENES / "office.toml")
+    alone = replace(office, lights=tuple(replace(x, group="") for x in office.lights))
+    assert light_groups(alone) == ("ies 1", "ies 2", "ies 3")

@@ -132,3 +132,10 @@ def test_convex_quads_tells_each_from_each():
     quads[4, 3] = [0, 1, 0]
     quads[4, 0], quads[4, 2] = [0, 0, 0], [1, 1, 0]
     assert convex_quads(quads).tolist() == [True, False, False, False, False]
+
+
+def test_polygons_of_very_many_vertices_are_refused():
+    angle = np.linspace(0, 2 * np.pi, 4097, endpoint=False)
+    circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    with pytest.raises(ValueError, match="has 4097 vertices, at most 4096 are split: divide it"):
+        triangulate(circle)

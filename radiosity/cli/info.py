@@ -88,11 +88,11 @@ def _view(camera, unit) -> str:
 
 def _lights(scene) -> list[str]:
     """Return the abstract light sources, and what enters from outside."""
-    from radiosity.scene.groups import AMBIENT, groups_of_lights
+    from radiosity.scene.groups import AMBIENT, groups_of_lights, kind_of_light
 
     lines = ["", f"{'light':16}{'position or direction':26} {'W/sr or W/m2':28} group"]
     for light, group in zip(scene.lights, groups_of_lights(scene), strict=True):
-        kind = type(light).__name__.lower()
+        kind = kind_of_light(light)
         where = light.direction if kind == "directional" else light.position
         strength = _light(light.strength, scene.bands)
         lines.append(f"{kind:16}{_bands(where):26} {strength:28} {group}")

@@ -5,6 +5,7 @@ import numpy as np
 from radiosity.mesh.faces import PLANAR
 
 CROSSES = "crosses itself: give the vertices in order around the outline"
+MOST = 4096  # vertices; the work grows as their square
 STRAIGHT = 1e-9  # height over the longest edge below which three points lie on one line
 
 
@@ -47,7 +48,8 @@ def triangulate(polygon: np.ndarray, flatness: float = PLANAR) -> np.ndarray:
     NoArea
         A ValueError: all vertices lie on one line.
     ValueError
-        Fewer than 3 vertices, not planar or crossing itself; the text says which and where.
+        Fewer than 3 vertices or more than 4096, not planar or crossing itself; the text says which
+        and where.
     """
     polygon = np.asarray(polygon, float)
     return polygon[convex_parts(polygon, flatness)]
@@ -57,6 +59,8 @@ def convex_parts(polygon: np.ndarray, flatness: float = PLANAR) -> np.ndarray:
     """Return which vertices (k, 4) the faces of `triangulate` have; it raises what that does."""
     if len(polygon) < 3:
         raise ValueError(f"has {len(polygon)} vertices, a polygon needs at least 3")
+    if len(polygon) > MOST:
+        raise ValueError(f"has {len(polygon)} vertices, at most {MOST} are split: divide it")
     if len(polygon) == 4 and convex_quads(polygon[None])[0]:
         return np.arange(4)[None]
     centre = polygon.mean(axis=0)

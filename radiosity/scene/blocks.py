@@ -8,7 +8,7 @@ import numpy as np
 from radiosity.mesh.faces import Faces
 from radiosity.mesh.triangulate import convex_parts
 from radiosity.scene.checks import value_of
-from radiosity.scene.geometry import DEFAULT, Geometry
+from radiosity.scene.geometry import DEFAULT, Geometry, rotation
 from radiosity.scene.model import SceneError
 from radiosity.scene.schema import (
     MATRIX,
@@ -122,20 +122,11 @@ def _placement(raw, path, problems):
     if key == "scale":
         matrix[:3, :3] = np.diag(value_of(raw, "scale", SCALE) or (1.0, 1.0, 1.0))
         for axis, degrees in enumerate(value_of(raw, "rotate", POINT) or (0, 0, 0)):
-            matrix = _rotation(axis, degrees) @ matrix
+            matrix = rotation(axis, degrees) @ matrix
         matrix[:3, 3] = value_of(raw, "translate", POINT) or (0, 0, 0)
     stretch = np.linalg.svd(matrix[:3, :3], compute_uv=False)
     if not stretch[2] > 1e-12 * stretch[0]:
         problems.append(at((*path, key), raw[key], "must not flatten the geometry to a plane"))
-    return matrix
-
-
-def _rotation(axis, degrees):
-    """Return the matrix (4, 4) that turns counter-clockwise seen from the tip of an axis."""
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    matrix = np.eye(4)
-    matrix[i, i], matrix[i, j], matrix[j, i], matrix[j, j] = c, -s, s, c
     return matrix
 
 

@@ -14,6 +14,7 @@ class Wrong(ValueError):
         super().__init__(f"{len(found)} mistakes")
 
 
+RECEIVES = "a surface cannot reflect more than it receives"
 FAR = 1e6  # bound that nobody meets who means what he writes
 
 

@@ -160,6 +160,15 @@ def _apart(part, described, defined):
     )  # fmt: skip
 
 
+def rotation(axis: int, degrees: float) -> np.ndarray:
+    """Return the matrix (4, 4) that turns counter-clockwise seen from the tip of an axis."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    matrix = np.eye(4)
+    matrix[i, i], matrix[i, j], matrix[j, i], matrix[j, j] = c, -s, s, c
+    return matrix
+
+
 def free_name(name: str, taken) -> str:
     """Return a name that is not taken: itself or with the first free number."""
     number, free = 1, name

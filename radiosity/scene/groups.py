@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from radiosity.light.sources import Light
 from radiosity.scene.model import Scene
 
 AMBIENT = "ambient"
@@ -31,11 +32,17 @@ def light_groups(scene: Scene) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*groups_of_lights(scene), *emitting, *outside]))
 
 
+def kind_of_light(light: Light) -> str:
+    """Return the ``type`` that a scene file gives a light."""
+    name = type(light).__name__.lower()
+    return {"luminaire": "ies"}.get(name, name)
+
+
 def groups_of_lights(scene: Scene) -> list[str]:
     """Return the group of each abstract light."""
     names, seen = [], Counter()
     for light in scene.lights:
-        kind = type(light).__name__.lower()
+        kind = kind_of_light(light)
         seen[kind] += 1
         names.append(light.group or f"{kind} {seen[kind]}")
     return names

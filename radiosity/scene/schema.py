@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from radiosity.scene.checks import (
+    RECEIVES,
     Bands,
     Colour,
     Number,
@@ -29,7 +30,6 @@ from radiosity.scene.geometry import LONGEST
 from radiosity.scene.units import UNITS
 
 LARGEST_PICTURE = 16384
-RECEIVES = "a surface cannot reflect more than it receives"
 
 
 def _diffuse(value) -> tuple | SpectrumFile | TextureKey:

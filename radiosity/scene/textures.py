@@ -15,10 +15,10 @@ from radiosity.light.bump import Bump
 from radiosity.light.palette import Palette
 from radiosity.light.shininess import Shininess
 from radiosity.light.texture import Mixed, Texture, srgb_to_linear
-from radiosity.scene.checks import SpectrumFile, TextureKey
+from radiosity.scene.checks import RECEIVES, SpectrumFile, TextureKey
 from radiosity.scene.energy import ROUNDING
 from radiosity.scene.model import Material, SceneError
-from radiosity.scene.schema import OPTICAL, RECEIVES, MaterialTable, at, dotted, values_of
+from radiosity.scene.schema import OPTICAL, MaterialTable, at, dotted, values_of
 
 LARGEST, MOST = 1 << 24, 1 << 26  # pixels of a picture, of all of a scene
 GREATEST = 1e30  # value, of single precision

@@ -60,7 +60,16 @@ def _scene(saved):
         _shaped("ambient", scene.ambient, (n,)),
         *(_shaped(f"materials.{m.name}.absorption", m.absorption, (n,))
           for m in scene.materials if m.absorption is not None),
+        *(_shaped(f"materials.{m.name}.{name}", texels, (None, None, None))
+          for m in scene.materials for name, texels in _pictures(m)),
     )  # fmt: skip
+
+
+def _pictures(m):
+    """Yield the texels of a material's pictures, which nothing else looks at."""
+    for name, part in (("bump", m.bump), ("shininess", m.shininess)):
+        if part is not None:
+            yield name, part.texture.texels
 
 
 def _lights_and_cameras(saved):

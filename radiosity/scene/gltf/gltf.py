@@ -77,13 +77,20 @@ def _read(document, buffers, merge, uv, called):
     places = {node.number: node for node in nodes}
     for node in nodes:
         parts.add(node, places)
-    notes = [*_notes(document, shapes, materials, images, hidden)]
-    lights = lights_of(nodes, document, notes)
+    unseen = 0 if hidden else _unseen(document, places)
+    notes = [*_notes(document, shapes, materials, images, hidden, unseen)]
+    lights, cameras = lights_of(nodes, document, notes), cameras_of(nodes, document, notes)
     geometry = parts.geometry(merge)
     return replace(
         geometry, materials=materials.tables, notes=tuple(notes), lights=tuple(lights),
-        cameras=cameras_of(nodes, document), pictures=materials.pictures, unit="m", up="y",
+        cameras=cameras, pictures=materials.pictures, unit="m", up="y",
     )  # fmt: skip
+
+
+def _unseen(document, places):
+    """Return how many nodes have a mesh and are in none of the trees that are shown."""
+    nodes = enumerate(document.listed("nodes"))
+    return sum(node.has("mesh") for number, node in nodes if number not in places)
 
 
 class _Parts:
@@ -178,7 +185,7 @@ def _check_required(document):
         raise SceneError(document.source, [text])
 
 
-def _notes(document, shapes, materials, images, hidden):
+def _notes(document, shapes, materials, images, hidden, unseen):
     """Yield what was decided and what is not modelled, once a kind with a count."""
     for text, named in materials.notes.items():
         listed = ", ".join(list(named)[:3]) + (", ..." if len(named) > 3 else "")
@@ -188,6 +195,8 @@ def _notes(document, shapes, materials, images, hidden):
     counted = {
         "mesh primitives of points or lines, or without positions: left out": shapes.skipped,
         "skinned meshes: in the pose of their joints in the file": shapes.posed,
+        "skinned meshes of more than 4 joints a vertex: the first 4 count": shapes.crowded,
+        "meshes outside of the scene that is shown: left out": unseen,
         "meshes with morph targets: moved by the weights in the file": shapes.morphed,
         "nodes that are not visible: left out": hidden,
         "animations: not modelled, things stand as the file has them": len(

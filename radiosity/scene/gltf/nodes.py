@@ -135,15 +135,16 @@ def places_of(node: Node, buffers: Buffers) -> np.ndarray:
     return node.matrix @ composed(*(np.asarray(part, float) for part in parts))
 
 
-def cameras_of(nodes: list[Node], document: Document) -> dict[str, dict]:
-    """Return the tables ``[cameras.NAME]`` of the cameras that nodes have."""
-    found, names = {}, Names()
+def cameras_of(nodes: list[Node], document: Document, notes: list[str]) -> dict[str, dict]:
+    """Return the tables ``[cameras.NAME]`` of the cameras that nodes have; add to the notes."""
+    found, names, flat = {}, Names(), 0
     for node in nodes:
         camera = document.referred(node.entry, "camera", "cameras")
         back, up = node.axis(2), node.axis(1)
-        if camera is None or back is None or up is None:
+        if camera is None:
             continue
-        if np.linalg.norm(np.cross(back, up)) < 1e-3:  # sheared flat
+        if back is None or up is None or np.linalg.norm(np.cross(back, up)) < 1e-3:
+            flat += 1
             continue
         name = names.free(node.entry.name(camera.name(f"camera-{camera.path[-1] + 1}")))
         position = node.matrix[:3, 3]
@@ -153,6 +154,8 @@ def cameras_of(nodes: list[Node], document: Document) -> dict[str, dict]:
             "up": up.tolist(),
         }
         found[name] = table | _projection(camera)
+    if flat:
+        notes.append(f"cameras of nodes that are flattened: left out ({flat})")
     return found
 
 

@@ -70,7 +70,7 @@ class Shapes:
 
     def __init__(self, document: Document, buffers: Buffers):
         self.document, self.buffers = document, buffers
-        self.skipped = self.posed = self.morphed = 0
+        self.skipped = self.posed = self.morphed = self.crowded = 0
         self._known, self._vertices = {}, 0
 
     def of(
@@ -177,6 +177,7 @@ class Shapes:
             text = f"must name joints by whole numbers below {len(moves)}, the joints of the skin"
             attributes.fail("JOINTS_0", text)
         self.posed += 1
+        self.crowded += attributes.has("JOINTS_1")
         moved, turned = np.zeros_like(points), np.zeros_like(points)
         for k in range(4):
             by, share = moves[joints[:, k]], weights[:, k, None]

@@ -5,6 +5,8 @@ from itertools import accumulate
 
 import numpy as np
 
+from radiosity.scene.geometry import rotation
+
 MOST = 10_000  # copies of one thing
 NEEDED = {"-t": 3, "-rx": 1, "-ry": 1, "-rz": 1, "-s": 1, "-mx": 0, "-my": 0, "-mz": 0}
 
@@ -94,10 +96,7 @@ def _matrix(option, numbers):
         axis = "xyz".index(option[2])
         matrix[axis, axis] = -1.0
     else:
-        axis = "xyz".index(option[2])
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        c, s = np.cos(np.radians(numbers[0])), np.sin(np.radians(numbers[0]))
-        matrix[i, i], matrix[i, j], matrix[j, i], matrix[j, j] = c, -s, s, c
+        return rotation("xyz".index(option[2]), numbers[0])
     return matrix
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-RECEIVES = "a surface cannot reflect more than it receives"
+from radiosity.scene.checks import RECEIVES
+
 COLOURS = "Kd", "Ks", "Ke", "Tf"
 NUMBERS = {  # least, most, what the bounds mean
     "Ns": (0.0, np.inf, "it is the exponent of a highlight"),
@@ -114,7 +115,7 @@ def _add(words, line, said):
 
 
 def _add_colour(key, words, stated, said):
-    rgb = _finite(words[1:] * (3 if len(words) == 2 else 1), 3)
+    rgb = finite(words[1:] * (3 if len(words) == 2 else 1), 3)
     if rgb is None:
         return f"{stated} must be one or three finite numbers (spectral and xyz forms are not read)"
     if min(rgb) < 0:
@@ -126,7 +127,7 @@ def _add_colour(key, words, stated, said):
 
 
 def _add_number(key, words, stated, said):
-    value = _finite(words[1:2], 1)
+    value = finite(words[1:2], 1)
     if value is None:
         return f"{stated} must be a finite number"
     low, high, why = NUMBERS[key]
@@ -144,7 +145,7 @@ def _add_map(key, words, stated, said):
         option, values = words.pop(0), []
         least, most = OPTIONS[option]
         while words and len(values) < most and (
-            len(values) < least or _finite(words[:1], 1) is not None
+            len(values) < least or finite(words[:1], 1) is not None
         ):  # fmt: skip
             values.append(words.pop(0))
         problem = _option(option, values, kept)
@@ -165,7 +166,7 @@ def _option(option, values, kept):
     if option == "-clamp":
         kept["clamp"] = values == ["on"]
         return None
-    numbers = _finite(values, len(values))
+    numbers = finite(values, len(values))
     if not numbers or max(map(abs, numbers)) > 1e6:
         return f"{option} {' '.join(values)} must be one to three numbers, at most 1e+06"
     fill = 0.0 if option == "-o" else 1.0
@@ -173,7 +174,7 @@ def _option(option, values, kept):
     return None
 
 
-def _finite(words, count):
+def finite(words: list[str], count: int) -> list[float] | None:
     """Return words as finite floats, None if there are not exactly ``count`` or they are not."""
     try:
         numbers = [float(w) for w in words]

@@ -16,6 +16,7 @@ from radiosity.scene.geometry import DEFAULT, LONGEST, Geometry
 from radiosity.scene.meshes.polygons import faces_of, flat_notes
 from radiosity.scene.model import SceneError
 from radiosity.scene.wavefront.libraries import read_libraries, with_materials
+from radiosity.scene.wavefront.mtl import finite
 
 WHOLE = re.compile(r"[+-]?\d{1,18}")
 WITH_NORMALS = re.compile(r"(?:[+-]?\d{1,18}/(?:[+-]?\d{1,18})?/[+-]?\d{1,18} )+", re.ASCII)
@@ -190,19 +191,10 @@ def _values(said, rows, lines, count, text):
     except ValueError:
         pass
     for number, words in zip(lines, rows, strict=True):
-        numbers = _numbers(words, count)
+        numbers = finite(words, count)
         if numbers is None or max(map(abs, numbers)) > LONGEST:
             said.problems.append(f"line {number}: {text.format(' '.join(words))}")
     return np.zeros((len(rows), count))
-
-
-def _numbers(words, count):
-    """Return words as finite floats, None if there are not exactly ``count`` or they are not."""
-    try:
-        numbers = [float(w) for w in words]
-    except ValueError:
-        return None
-    return numbers if len(numbers) == count and np.isfinite(numbers).all() else None
 
 
 def _corners(said, n):
