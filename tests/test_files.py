@@ -296,7 +296,8 @@ def test_files_beside_are_taken_where_the_named_place_has_none(house):
     """Also where that lies outside of the folder; only such files are refused that are nowhere."""
     (house / "room.mtl").write_text("newmtl a\nKd 0.2 0.2 0.2\nmap_Kd x/wood.png\n")
     face = OBJ + "vt 0 0\nusemtl a\nf 1/1 2/1 3/1\n"
-    for place in ("/home/me/room.mtl", "../room.mtl", "lib\\room.mtl", "room.mtl gone.mtl"):
+    for place in ("/home/me/room.mtl", "../room.mtl", "lib\\room.mtl", "../room.mtl room.mtl",
+                  "room.mtl gone.mtl"):
         (house / "a.obj").write_text(f"mtllib {place}\n" + face)
         made = {m.name: m.diffuse[0] for m in load(house / "a.obj").materials}
         assert made["a"] == 0.2, place

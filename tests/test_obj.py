@@ -259,3 +259,5 @@ def test_points_with_normals_and_no_faces_are_refused():
 def test_colours_of_vertices_are_told():
     found = read(SQUARE.replace("v 0 0 0\n", "v 0 0 0 1 0 0\n", 1) + "f 1 2 3 4\n")
     assert found.notes == ("colours of 1 vertices are not read",)
+    told = read(SQUARE.replace("v 0 0 0\n", "v 0 0 0 # lower left x\n", 1) + "f 1 2 3 4\n").notes
+    assert told == ()

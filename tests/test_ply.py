@@ -155,6 +155,8 @@ BINARY = header("binary_little_endian", XYZ, LIST) + SQUARE.astype("<f4").tobyte
         (text(SQUARE, [(4, 0, 1, 2, 3)], (*XYZ, "list uchar float nx")), "lists nx of vertices"),
         (text(SQUARE, [(4, 0, 1, 2, 3)], (*XYZ, "list uchar float s")), "lists s of vertices"),
         (text(SQUARE, [(4, 0, 1, 2, 3)], face=(*LIST, "float texcoord")), "one number texcoord"),
+        (text(SQUARE, [(4, 0, 1, 2, 3)], face=("list uchar int vertex_index",
+                                               "int vertex_indices")), "one number vertex_indices"),
         (GOOD.replace(b"element face", b"element tristrips"), "(element tristrips), which are not"),
         (GOOD.replace(b"face 1", b"face 0"), "has no faces: nothing can be lit"),
         (GOOD.replace(b"vertex 4", b"vertex 0"), "has 1 faces and no vertices"),

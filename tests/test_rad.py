@@ -330,6 +330,21 @@ def test_suns_and_polygons_are_counted_before_they_are_made(monkeypatch, part):
     assert "makes more than 1000 facets" in problems(again + WALL + SQUARE, x=WALL + lamp + part)[0]
 
 
+def test_many_suns_corners_and_copies_of_none_are_counted(monkeypatch):
+    lamp = "void light sun 0 0 3 1 1 1\nsun source s 0 0 4 0 0 1 1\n"
+    told = problems("!xform -a 200 x.rad\n!xform -a 60 y.rad\n" + WALL + SQUARE,
+                    x="!xform -a 60 y.rad\n", y=lamp)  # fmt: skip
+    assert told == ["makes 12060 suns, at most 10000 are read: join them"]
+    monkeypatch.setattr("radiosity.scene.radiance.rad.MOST_FACETS", 1000)
+    turn = 2 * np.pi * np.arange(200) / 200
+    star = (1 + np.arange(200) % 2)[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+    corners = " ".join(f"{x} {y} 0" for x, y in star)
+    star = f"wall polygon star 0 0 600 {corners}\n"
+    assert "more than 1000 facets" in problems(WALL + "!xform x.rad\n" * 20, x=star)[0]
+    none = WALL + "!xform -a 0 x.rad\n" * 3 + SQUARE
+    assert "more than 1000 facets" in problems(none, x=SQUARE * 500)[0]
+
+
 def test_a_file_and_its_views_on_disk(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "floor.rad").write_text(WALL + SQUARE)

@@ -29,6 +29,7 @@ NORMAL = ("nx", "ny", "nz")
 COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
 SCALARS = {*PLACE, *NORMAL, *sum(COORDINATES, ())}
 INDICES = ("vertex_indices", "vertex_index")
+LISTS = {*INDICES, "texcoord"}
 COLOURS = ("red", "green", "blue", "alpha")
 
 
@@ -155,8 +156,9 @@ def _check_elements(elements):
     if listed:
         raise Broken(f"lists {', '.join(listed)} of vertices, where each must be one number")
     face = next(e for e in elements if e.name == "face")
-    if any(p.name == "texcoord" and not p.counted for p in face.properties):
-        raise Broken("has one number texcoord of faces, where a list of u and v must stand")
+    single = [p.name for p in face.properties if not p.counted and p.name in LISTS]
+    if single:
+        raise Broken(f"has one number {', '.join(single)} of faces, where a list must stand")
     if not any(p.counted and p.name in INDICES for p in face.properties):
         found = ", ".join(p.name for p in face.properties) or "nothing"
         raise Broken(f"has faces with {found}: a list {' or '.join(INDICES)} is needed")

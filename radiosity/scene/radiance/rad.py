@@ -24,6 +24,7 @@ from radiosity.scene.radiance.views import read_views
 
 MOST_FACETS = 1_000_000
 MOST_FILES = 2_000
+MOST_SUNS = 10_000
 DEEPEST = 16  # files within files
 MOST = 50  # problems listed of one file; the rest is counted
 NO_NORMALS = np.full((1, 4, 3), np.nan)
@@ -61,7 +62,7 @@ class _Reader:
         self.read_file, self.library = read_file, Library()
         self.problems, self.commands, self.notes = [], {}, []
         self.facets = self.files = self.round = self.flat = 0
-        self.open, self.parsed = [], {}
+        self.open, self.parsed, self.made = [], {}, {}
 
     def text(self, text: str, where: str) -> Parts:
         """Return what a text adds; ``where`` comes before its line numbers."""
@@ -89,7 +90,8 @@ class _Reader:
         material = self.library.material_of(said, where, self.problems)
         if material is None:
             return
-        if not self._room(count_of(said.kind), 1, where, said.line):
+        known = count_of(said.kind)
+        if not self._room(known, 1, where, said.line):
             return
         if said.kind == "source":
             self._source(said, material, parts, where)
@@ -103,13 +105,16 @@ class _Reader:
             parts.pieces.append(Piece(material, _group(said.name), corners, NO_NORMALS))
             return
         made = self._facets(said, self.library.emits(material), where)
-        if made is not None:
+        if made is not None and self._room(max(len(made[0]) - known, 0), 1, where, said.line):
             parts.pieces.append(Piece(material, _group(said.name), *made))
 
     def _facets(self, said, emits, where):
         """Return facets and normals of a surface, None where it has no area or is wrong."""
+        key = id(said), emits  # texts that are met again stand as they were parsed
         try:
-            return facets(said.kind, said.reals, emits)
+            if key not in self.made:
+                self.made[key] = facets(said.kind, said.reals, emits)
+            return self.made[key]
         except NoArea:
             self.flat += 1
         except ShapeError as error:
@@ -207,7 +212,7 @@ class _Reader:
     def _moved(self, parts, moves: Moves, where, line) -> Parts:
         """Return the copies that ``xform`` makes of parts."""
         count = sum(len(p.quads) for p in parts.pieces) + len(parts.distant)
-        if not self._room(count, len(moves.matrices) - 1, where, line):
+        if not self._room(count, max(len(moves.matrices) - 1, 0), where, line):
             return Parts()
         if moves.modifier is not None:
             said = Primitive(line, moves.modifier, "polygon", "")
@@ -276,6 +281,8 @@ def _useless(parts, reader):
     if not any(len(piece.quads) for piece in parts.pieces):
         hint = f": {'; '.join(reader.all_notes())}" if reader.all_notes() else ""
         yield f"has no surfaces{hint}"
+    if len(parts.distant) > MOST_SUNS:
+        yield f"makes {len(parts.distant)} suns, at most {MOST_SUNS} are read: join them"
     for piece in parts.pieces:
         farthest = np.abs(piece.quads).max(initial=0.0)
         if not farthest <= LONGEST:

@@ -61,14 +61,18 @@ def read_libraries(
 
 def _library_texts(number, rest, read_library, problems):
     """Return {name: text or None} of the files a ``mtllib`` line names: one, or several words."""
-    try:
-        whole = read_library(rest)
-        names = [rest] if whole is not None else rest.split()
-        texts = {name: whole if name == rest else read_library(name) for name in names}
-    except SceneError as error:
-        problems += [f"line {number}: mtllib {rest}: {p}" for p in error.problems]
-        return {}
-    return texts if any(text is not None for text in texts.values()) else {rest: None}
+    words, told = rest.split(), []
+    for names in ([rest], words) if len(words) > 1 else ([rest],):
+        texts = {}
+        for name in names:
+            try:
+                texts[name] = read_library(name)
+            except SceneError as error:
+                told = [f"line {number}: mtllib {name}: {p}" for p in error.problems]
+        if any(text is not None for text in texts.values()):
+            return texts
+    problems += told
+    return {} if told else {rest: None}
 
 
 def with_materials(

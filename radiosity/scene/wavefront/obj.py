@@ -124,7 +124,7 @@ def _statements(text, uv):
         if word == "v":
             said.vertex.append(words[1:4])
             said.vertex_line.append(number)
-            said.coloured += len(words) == 7
+            said.coloured += len(words) > 6 and len(line.partition("#")[0].split()) > 6
         elif word == "f":
             words = line.partition("#")[0].split() if "#" in line else words
             said.corner += words[1:]
