@@ -126,8 +126,7 @@ class Faces:
         First corners stay first; texture coordinates and normals stay at their corners, as they
         are.
         """
-        order = np.where(self.is_triangle[:, None], [0, 2, 1, 1], [0, 3, 2, 1])
-        order = np.where(which[:, None], order, np.arange(4))[..., None]
+        order = np.where(which[:, None], turning(self.vertices), np.arange(4))[..., None]
         v, uv, normals = (
             None if x is None else np.take_along_axis(x, order, axis=1)
             for x in (self.vertices, self.uv, self.corner_normals)
@@ -160,6 +159,12 @@ class Faces:
         """Return (f,) areas in squared scene units."""
         v = self.vertices
         return 0.5 * np.linalg.norm(np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1]), axis=1)
+
+
+def turning(v: np.ndarray) -> np.ndarray:
+    """Return (f, 4) the corners of polygons (f, 4, 3) the other way round, the first one first."""
+    triangle = np.all(v[:, 3] == v[:, 2], axis=1)
+    return np.where(triangle[:, None], [0, 2, 1, 1], [0, 3, 2, 1])
 
 
 def has_area(v: np.ndarray) -> np.ndarray:

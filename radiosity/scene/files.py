@@ -218,16 +218,24 @@ def _beside(path, folder, name):
     """
     named = path.parent / name.replace("\\", "/")
     for place in (named, path.parent / named.name):
-        if _is_inside(place, folder) and file_problem(place) is None:
+        if _is_inside(place, folder) and _is_file(place):
             return place
     _check_inside(named, folder)
     return named
 
 
+def _is_file(path):
+    """Whether a file is there; names that no system allows are none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def _text_beside(path, folder, name):
     """Return the text of a file that a geometry file names, None if there is none."""
     beside = _beside(path, folder, name)
-    return _loosely_decoded(read_bytes(beside)) if file_problem(beside) is None else None
+    return _loosely_decoded(read_bytes(beside)) if _is_file(beside) else None
 
 
 def _obj(path, folder, merge, uv):

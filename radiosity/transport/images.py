@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from radiosity.light.coat import is_coat
 from radiosity.light.coherent import Constant
 from radiosity.mesh.elements import Elements
-from radiosity.mesh.faces import Faces
+from radiosity.mesh.faces import Faces, turning
 from radiosity.mesh.patches import Patches
 from radiosity.transport.arrival import Senders, make_senders, weights_of
 from radiosity.transport.exchange import make_geometry
@@ -267,10 +267,7 @@ def _put(polygons, turn, shift):
 
 def _turned(polygons):
     """Return polygons wound the other way; triangles repeat their last corner still."""
-    back = polygons[:, [0, 3, 2, 1]]
-    triangle = np.all(polygons[:, 3] == polygons[:, 2], axis=1)
-    back[triangle] = polygons[triangle][:, [0, 2, 1, 1]]
-    return back
+    return np.take_along_axis(polygons, turning(polygons)[..., None], axis=1)
 
 
 def _in_front(polygons, planes, flat):

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from radiosity.mesh.corners import unit
-from radiosity.scene.geometry import LONGEST
 from radiosity.scene.gltf.buffers import Buffers
 from radiosity.scene.gltf.document import Document, Entry
 from radiosity.scene.gltf.nodes import Node
+from radiosity.scene.meshes.polygons import vertex_problems
 from radiosity.scene.model import SceneError
 from radiosity.scene.schema import dotted
 
@@ -116,10 +116,8 @@ class Shapes:
             raise SceneError(self.document.source, [f"{dotted(primitive.path)} {text}"])
 
     def _check_points(self, attributes, points):
-        bad = np.flatnonzero(~(np.abs(points) <= LONGEST).all(axis=1))
-        if len(bad):
-            text = f"vertex {bad[0]} = {points[bad[0]].tolist()} must be finite and at most "
-            attributes.fail("POSITION", f"names an accessor whose {text}{LONGEST:g}")
+        for problem in vertex_problems(points):
+            attributes.fail("POSITION", f"names an accessor whose {problem}")
 
     def _same(self, attributes, key, shapes, count) -> np.ndarray | None:
         """Return one row a vertex, real numbers; not finite ones are 0."""
