@@ -50,9 +50,11 @@ def test_markdown_leaves_formulas_alone(page):
     """Renderers differ in what they do to a formula first, so nothing in one is Markdown.
 
     A backslash before punctuation is an escape, lines that begin like lists, quotes and headings
-    become these, and a dollar beside a letter, or a blank within, begins no formula.
+    become these, and a dollar beside a letter, or a blank within, begins no formula. Lines of text
+    that begin with % are comments in MyST.
     """
     displayed, inline, rest = formulas(page)
+    assert re.findall(r"^\s*%.*", page.read_text(), flags=re.M) == []
     assert "$" not in rest and not re.search(rf"[\w\\]{MARK}|{MARK}\w", rest)
     for formula in displayed + inline:
         assert not re.search(r"\\[!-/:-@\[-`{-~\n]|\||~", formula), formula
