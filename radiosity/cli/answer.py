@@ -38,6 +38,29 @@ SOLVED = (
 )  # fmt: skip
 
 
+def pictured(solution, method: str, look, pictures: list[dict], seconds: float) -> dict[str, Any]:
+    """Return what is told of pictures; by methods other than gather nothing is solved."""
+    scale = look.scale and {"maximum_cd_m2": look.scale.maximum, "decades": look.scale.decades}
+    return {
+        "scene": solution.scene.name,
+        "method": method,
+        **solved(solution if method == "gather" else None),
+        "false_colour": scale,
+        "pictures": pictures,
+        "seconds": seconds,
+        "written": [picture["file"] for picture in pictures],
+    }
+
+
+def picture(camera, path, image) -> dict[str, Any]:
+    """Return what is told of a picture that was written."""
+    height, width = image.pixels.shape[:2]
+    return {
+        "camera": camera.name, "file": str(path), "width": width, "height": height,
+        "exposure": float(image.exposure), "noise": image.noise, "outside": int(image.outside),
+    }  # fmt: skip
+
+
 def _plain(value):
     """Return a value as JSON holds it: arrays as lists, null for what is not finite."""
     if isinstance(value, dict):

@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -44,6 +44,20 @@ class FalseColours:
             return Scale(self.maximum, decades)
         most = _brightest(solution) if self.logarithmic else _white(solution)
         return Scale(round_up(most), decades)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How pictures are shown: exposure, gamma if not that of sRGB, `Scale` of false colours."""
+
+    exposure: float
+    gamma: float | None
+    scale: Any
+
+    @classmethod
+    def of(cls, solution, asked: Exposure, colours: FalseColours | None, gamma=None) -> "Look":
+        """Return the look of all views of a solution."""
+        return cls(asked.of(solution), gamma, colours and colours.of(solution))
 
 
 def _white(solution):

@@ -112,11 +112,7 @@ def _row(name, value, error):
 
 
 def as_dict(grid, found, unit: str) -> dict:
-    """Return what `summary` tells, for JSON; numbers that do not exist are null."""
-    told = {
-        name: None if value != value else value
-        for name, value in asdict(found).items()
-    }
+    """Return what `summary` tells, for JSON."""
     return {
         "grid": {
             "points": len(grid.points),
@@ -125,5 +121,5 @@ def as_dict(grid, found, unit: str) -> dict:
             "margin": grid.margin,
             "unit": unit,
         },
-        "illuminance_lx": told,
+        "illuminance_lx": asdict(found),
     }

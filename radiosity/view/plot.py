@@ -62,7 +62,7 @@ def plot_histories(
     axes.axhline(tolerance, color="grey", linestyle="--", linewidth=1, label="tolerance")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_title(f"{name}: convergence")
-    axes.set_xlabel("iterations")
+    axes.set_xlabel("iterations, each about one product with the matrix")
     axes.set_ylabel("bound of the relative error")
     axes.grid(True, which="major", alpha=0.3)
     axes.legend()
