@@ -23,21 +23,11 @@ class Verb(TyperCommand):
         """Write the docstring up to its first section."""
         formatter.write_paragraph()
         with formatter.indentation():
-            formatter.write_text(SECTION.split(self.help)[0])
+            formatter.write_text(sections(self.help)[0])
 
     def format_options(self, ctx, formatter) -> None:
-        """Write arguments, then options by panel, in the order in which panels first occur."""
-        panels = {}
-        for param in self.get_params(ctx):
-            record = param.get_help_record(ctx)
-            if record is None:
-                continue
-            if param.param_type_name == "argument":
-                panels.setdefault("Arguments", []).append((param.metavar, param.help))
-            else:
-                panel = getattr(param, "rich_help_panel", None) or "Running"
-                panels.setdefault(panel, []).append(record)
-        for name, records in panels.items():
+        """Write arguments and options by panel."""
+        for name, records in panels(self, ctx).items():
             with formatter.section(name):
                 formatter.write_dl(records)
 
@@ -71,10 +61,26 @@ class Verbs(TyperGroup):
         write_sections(self.help, formatter)
 
 
+def panels(command, ctx) -> dict[str, list[tuple[str, str]]]:
+    """Return arguments, then options by panel, in order: each as it is typed, and its help."""
+    found, others = {}, "Options" if isinstance(command, Verbs) else "Running"
+    for param in command.get_params(ctx):
+        if param.param_type_name == "argument":
+            found.setdefault("Arguments", []).append((param.metavar, param.help))
+        else:
+            found.setdefault(param.rich_help_panel or others, []).append(param.get_help_record(ctx))
+    return found
+
+
+def sections(text: str) -> list:
+    """Return the text of a docstring before its sections, then each as ``(name, body)``."""
+    before, *parts = SECTION.split(text)
+    return [before, *zip(parts[::2], parts[1::2], strict=True)]
+
+
 def write_sections(text: str, formatter) -> None:
     """Write the sections of a docstring, their lines as they are."""
-    _, *parts = SECTION.split(text)
-    for name, body in zip(parts[::2], parts[1::2], strict=True):
+    for name, body in sections(text)[1:]:
         with formatter.section(name):
             for line in body.strip("\n").splitlines():
                 formatter.write(f"{'':{formatter.current_indent}}{line}".rstrip() + "\n")
