@@ -75,7 +75,7 @@ def run() -> None:
     """Run the command line; exit codes as documented (0, 1, 2, 3, 130)."""
     signal.signal(signal.SIGINT, _interrupt)
     try:
-        sys.exit(app(standalone_mode=False))
+        sys.exit(app(prog_name="radiosity", standalone_mode=False))
     except Interrupted:
         _stop("interrupted; nothing half-written is left", 130)
     except BrokenPipeError:
