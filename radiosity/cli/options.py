@@ -162,7 +162,7 @@ Dim = Annotated[
     typer.Option(
         "--dim",
         metavar="NAME=FACTOR",
-        help="Scale a light group: 0 is off, 1 leaves it as it is. NAME is a group of lights, a "
+        help="Scale a light group: 0 is off. NAME is that of lights (as info tells it), of a "
         "material that emits, or ambient. Repeatable.",
         autocompletion=completion.light_groups,
         rich_help_panel=LIGHT,

@@ -1,4 +1,4 @@
-"""Groups of light: what is dimmed together, and a scene of whose light some is dimmed."""
+"""Light groups: what is dimmed together, and a scene of whose light some is dimmed."""
 
 import difflib
 from collections import Counter
@@ -61,7 +61,7 @@ def checked_factors(names: tuple[str, ...], factors: Mapping[str, float]) -> dic
             like = difflib.get_close_matches(name, names, 1)
             meant = f"did you mean {like[0]!r}? " if like else ""
             known = ", ".join(map(repr, names)) or "none"
-            raise ValueError(f"no light is called {name!r}: {meant}Groups of light are {known}")
+            raise ValueError(f"no light is called {name!r}: {meant}light groups are {known}")
         if not 0.0 <= factor <= BRIGHTEST:
             raise ValueError(
                 f"the factor of {name!r}, {factor:g}, must lie in [0, {BRIGHTEST:g}]: 0 is off, 1 "
@@ -76,7 +76,7 @@ def material_factors(scene: Scene, factors: Mapping[str, float]) -> np.ndarray:
 
 
 def dimmed(scene: Scene, factors: Mapping[str, float]) -> Scene:
-    """Return a scene with its groups of light scaled, those that are not named left as they are.
+    """Return a scene with its light groups scaled, those that are not named left as they are.
 
     The answer that it carries, if any, is left out: it holds for all of the light.
 
