@@ -174,7 +174,7 @@ def test_names_of_groups():
     ("factors", "words"),
     [
         ({"lamp": 1.0}, "did you mean 'lamps'"),
-        ({"sun": 1.0}, "light groups are 'lamps', 'light', 'ambient'"),
+        ({"sun": 1.0}, "the scene has 'lamps', 'light', 'ambient'"),
         ({"lamps": -1.0}, "-1, must lie in [0, 1e+06]"),
         ({"lamps": float("nan")}, "nan, must lie in"),
     ],

@@ -21,16 +21,17 @@ from radiosity.cli.verb import WIDEST, Verb, Verbs
 from radiosity.cli.verify import verify
 from radiosity.cli.view import view
 
+SETTINGS = {"max_content_width": WIDEST, "help_option_names": ["-h", "--help"]}
 app = typer.Typer(
     name="radiosity",
     cls=Verbs,
     invoke_without_command=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    context_settings={"max_content_width": WIDEST},
+    context_settings=SETTINGS,
 )
 for verb in (view, solve, render, probe, plan, tradeoff, formfactors, verify, info, materials):
-    app.command(cls=Verb, context_settings={"max_content_width": WIDEST})(verb)
+    app.command(cls=Verb, context_settings=SETTINGS)(verb)
 
 
 @app.callback()

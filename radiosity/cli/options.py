@@ -37,6 +37,13 @@ def at_least(least: int):
     return whole
 
 
+def order_of_elements(text: str) -> int:
+    """Return 0 or 1, or name what was typed."""
+    if text not in ("0", "1"):
+        raise typer.BadParameter(f"{text!r} must be 0 (constant) or 1 (linear elements)")
+    return int(text)
+
+
 SceneFile = Annotated[
     str,
     typer.Argument(
@@ -72,7 +79,7 @@ Order = Annotated[
     typer.Option(
         "--order",
         metavar="0|1",
-        parser=at_least(0),
+        parser=order_of_elements,
         help="Constant (0) or linear (1) elements. If not given: 1 for --mesh auto unless that is "
         "too large, else 0.",
         autocompletion=completion.words("0", "1"),

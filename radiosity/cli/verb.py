@@ -42,7 +42,7 @@ class Verbs(TyperGroup):
     def resolve_command(self, ctx, args):
         """Return the verb that is typed, or name the nearest."""
         if args[0] not in self.commands:
-            from radiosity.scene.checks import nearest  # numpy takes a tenth of a second
+            from radiosity.scene.names import nearest
 
             raise ValueError(f"{args[0]!r} is no verb: {nearest(args[0], self.commands)}")
         return super().resolve_command(ctx, args)

@@ -19,12 +19,13 @@ from radiosity.scene.assemble import (
 )
 from radiosity.scene.blocks import frame_of, parts_of
 from radiosity.scene.cameras import camera_problems, make_camera
-from radiosity.scene.checks import SpectrumFile, TextureKey, nearest
+from radiosity.scene.checks import SpectrumFile, TextureKey
 from radiosity.scene.described import read_as, with_described
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
 from radiosity.scene.lights import Ambient, IesTable, make_light, read_lights
 from radiosity.scene.materials import make_materials
 from radiosity.scene.model import Scene, SceneError, Truth, too_bright, uncovered
+from radiosity.scene.names import nearest
 from radiosity.scene.schema import (
     OPTICAL,
     CameraTable,
