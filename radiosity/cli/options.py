@@ -2,6 +2,7 @@
 
 import os
 import re
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -271,6 +272,15 @@ def parse_dim(texts: list[str] | None) -> dict[str, float]:
             raise ValueError(f"--dim names {name!r} twice: give it one factor")
         found[name] = value
     return found
+
+
+def check_plot(option: str, path: str) -> None:
+    """Refuse a plot that could not be written."""
+    from radiosity.transport.files import check_place
+
+    if Path(path).suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise ValueError(f"{option} {path!r} must end in .png, .pdf or .svg")
+    check_place(path)
 
 
 def percent(share: float) -> str:

@@ -40,22 +40,9 @@ from radiosity.scene.schema import (
 from radiosity.scene.units import UNITS
 
 
-def read_toml(
-    text: str,
-    source: str,
-    read_geometry: Callable[[str, bool], Geometry],
-    name: str = "",
-    merge: bool = True,
-    read_picture: Callable[[str], np.ndarray] | None = None,
-    read_text: Callable[[str], str] | None = None,
-    bands: str | int = "auto",
-    accuracy: float = ACCURACY,
-) -> Scene:
+def read_toml(text: str, source: str, *rest, **options) -> Scene:
     """Return the scene that a TOML text describes; see `read_tables`, whose arguments it takes."""
-    return read_tables(
-        _parsed(text, source), source, read_geometry, name, merge, read_picture, read_text, bands,
-        accuracy,
-    )  # fmt: skip
+    return read_tables(_parsed(text, source), source, *rest, **options)
 
 
 def read_tables(
