@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
 from radiosity.cli import completion
 from radiosity.cli.main import app
@@ -72,6 +73,20 @@ def test_bash_offers(folder, typed, expected):
     assert offered(folder, typed) == expected
 
 
+@pytest.mark.parametrize("typed", ["radiosity ", "radiosity solve --"])
+def test_fish_is_offered_one_line_a_word(typed):
+    """Whatever stands in a line of its own is taken for a word."""
+    words = {"_RADIOSITY_COMPLETE": "complete_fish", "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
+    done = subprocess.run(
+        [sys.executable, "-m", "radiosity"], capture_output=True, text=True, timeout=60,
+        env={**os.environ, **words, "_TYPER_COMPLETE_ARGS": typed},
+    )  # fmt: skip
+    lines = [line.split("\t")[0] for line in done.stdout.splitlines() if line]
+    verbs = get_command(app).commands
+    options = [o for p in verbs["solve"].params for o in p.opts if o.startswith("--")]
+    assert set(lines) == (set(verbs) if typed == "radiosity " else {*options, "--help"})
+
+
 def test_only_scenes_and_folders_are_offered_as_scenes(folder, monkeypatch):
     monkeypatch.chdir(folder)
     (folder / "scenes" / "picture.png").write_bytes(b"")
@@ -91,8 +106,6 @@ def test_the_suffixes_are_those_that_are_read(tmp_path):
 
 
 def test_every_option_with_choices_offers_them():
-    from typer.main import get_command
-
     for name, verb in get_command(app).commands.items():
         for param in verb.params:
             if param.metavar in ("auto|input|N", "npz|csv|view3d", "x|y|z", "0|1", "NAME"):

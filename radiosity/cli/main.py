@@ -21,7 +21,7 @@ from radiosity.cli.verb import WIDEST, Verb, Verbs
 from radiosity.cli.verify import verify
 from radiosity.cli.view import view
 
-SETTINGS = {"max_content_width": WIDEST, "help_option_names": ["-h", "--help"]}
+SETTINGS = {"max_content_width": WIDEST, "help_option_names": ["-h", "--help"], "color": False}
 app = typer.Typer(
     name="radiosity",
     cls=Verbs,
