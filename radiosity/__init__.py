@@ -30,18 +30,17 @@ _HOMES = {
     "Solution": "radiosity.solve.solution",
     "form_factors": "radiosity.solve.matrix",
     "load": "radiosity.solve.load",
-    "load_factors": "radiosity.transport.store",
+    "plan": "radiosity.solve.forecast",
     "plot": "radiosity.view.window",
     "render": "radiosity.view.methods",
     "save": "radiosity.view.export",
-    "save_factors": "radiosity.transport.store",
     "to_pyvista": "radiosity.view.polydata",
     "write": "radiosity.view.image",
 }
 __all__ = [
     "Camera", "FormFactors", "Image", "Material", "NotClosable", "NotConverged", "Refused", "Scene",
-    "SceneError", "Solution", "form_factors", "load", "load_factors", "plot", "render",
-    "save", "save_factors", "solve", "to_pyvista", "write",
+    "SceneError", "Solution", "form_factors", "load", "plan", "plot", "render", "save", "solve",
+    "to_pyvista", "write",
 ]  # fmt: skip
 
 

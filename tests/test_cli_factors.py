@@ -250,7 +250,7 @@ def test_a_matrix_beyond_the_memory_is_refused_before_work(cube, tmp_path):
         (["cube.obj", "--ambient", "1"], ["--ambient does not apply"]),
         ([BOX, "--two-sided"], ["--two-sided does not apply", "lit backs are rows"]),
         ([BOX, "--obstructions", "cube.obj"], ["--obstructions does not apply"]),
-        ([BOX, "--mesh", "few"], ["mesh = 'few' must be auto, input or a number"]),
+        ([BOX, "--mesh", "few"], ["--mesh 'few' must be auto, input or a number"]),
         (["cube.obj", "--format", "csv"], ["--format csv needs a file to write: add -o FILE"]),
         (["cube.obj", "-o", "F.npz", "--format", "csv"], [".npz is the suffix of the format npz"]),
         (["cube.obj", "-o", "F.xls"], ["'.xls' must be one of npz, csv and view3d"]),
