@@ -33,6 +33,7 @@ _HOMES = {
     "load_factors": "radiosity.transport.store",
     "plot": "radiosity.view.window",
     "render": "radiosity.view.methods",
+    "report": "radiosity.view.report",
     "save": "radiosity.view.export",
     "save_factors": "radiosity.transport.store",
     "to_pyvista": "radiosity.view.polydata",
@@ -41,7 +42,7 @@ _HOMES = {
 __all__ = [
     "Camera", "FormFactors", "Image", "Material", "NotClosable", "NotConverged", "Refused", "Scene",
     "SceneError", "Solution", "form_factors", "load", "load_factors", "plot", "render",
-    "save", "save_factors", "solve", "to_pyvista", "write",
+    "report", "save", "save_factors", "solve", "to_pyvista", "write",
 ]  # fmt: skip
 
 

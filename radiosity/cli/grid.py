@@ -45,38 +45,6 @@ def check_grid(points, grid, spacing, margin) -> None:
         raise ValueError(f"{given} is for --grid: the points of {points} are as they are")
 
 
-def check_grid_in(scene, grid: str | None, spacing, margin) -> None:
-    """Refuse a grid that does not fit a scene, before anything is solved."""
-    from radiosity.view.surfacegrid import surface_cells
-    from radiosity.view.workplane import plane_cells
-
-    if grid is None:
-        return
-    height = _height(grid)
-    if height is None:
-        surface_cells(scene, grid, spacing, margin or 0.0)
-    else:
-        plane_cells(scene, height, spacing, margin)
-
-
-def make_grid(solution, grid: str, spacing: float | None, margin: float | None):
-    """Return the points of a plane where ``grid`` is a number, otherwise of what has that name."""
-    from radiosity.view.surfacegrid import surface_grid
-    from radiosity.view.workplane import plane_grid
-
-    height = _height(grid)
-    if height is None:
-        return surface_grid(solution, grid, spacing, margin or 0.0)
-    return plane_grid(solution, height, spacing, margin)
-
-
-def _height(grid):
-    try:
-        return float(grid)
-    except ValueError:
-        return None
-
-
 def summary(grid, found, unit: str) -> str:
     """Return how even the light over a grid is, as text."""
     cell = " x ".join(f"{x:.4g}" for x in grid.spacing)

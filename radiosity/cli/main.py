@@ -12,6 +12,7 @@ from radiosity.cli.materials import materials
 from radiosity.cli.plan import plan
 from radiosity.cli.probe import probe
 from radiosity.cli.render import render
+from radiosity.cli.report import report
 from radiosity.cli.solve import solve
 from radiosity.cli.tradeoff import tradeoff
 from radiosity.cli.verify import verify
@@ -26,7 +27,9 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (view, solve, render, probe, plan, tradeoff, formfactors, verify, info, materials):
+for verb in (
+    view, solve, render, probe, report, plan, tradeoff, formfactors, verify, info, materials,
+):  # fmt: skip
     app.command()(verb)
 
 

@@ -1,0 +1,73 @@
+"""HTML from words: everything escaped, so that no name of a file can become markup."""
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+
+class Markup(str):
+    """Text that is HTML already, which `cell` leaves as it is."""
+
+
+def cell(value: object) -> str:
+    """Return a value as HTML: `Markup` as it is, anything else as escaped text.
+
+    Examples
+    --------
+    >>> cell("a < b"), cell(Markup("<b>a</b>"))
+    ('a &lt; b', '<b>a</b>')
+    """
+    return value if isinstance(value, Markup) else escape(str(value))
+
+
+def table(
+    heads: Sequence[object], rows: Iterable[Sequence[object]], numbers: Iterable[int] = ()
+) -> Markup:
+    """Return a table; columns of ``numbers`` are aligned to the right.
+
+    Parameters
+    ----------
+    heads : sequence
+        A word a column; without any there is no head.
+    rows : iterable of sequences
+        As many values each, see `cell`.
+    numbers : iterable of int
+        Indices of columns.
+
+    Examples
+    --------
+    >>> print(table(["name", "lx"], [["<floor>", 3]], numbers=[1]))
+    <table><thead><tr><th>name</th><th class="number">lx</th></tr></thead><tbody>
+    <tr><td>&lt;floor&gt;</td><td class="number">3</td></tr>
+    </tbody></table>
+    """
+    right = set(numbers)
+
+    def line(values, tag):
+        marks = (' class="number"' if k in right else "" for k in range(len(values)))
+        cells = (f"<{tag}{m}>{cell(v)}</{tag}>" for m, v in zip(marks, values, strict=True))
+        return f"<tr>{''.join(cells)}</tr>"
+
+    head = f"<thead>{line(heads, 'th')}</thead>" if heads else ""
+    body = "\n".join(line(row, "td") for row in rows)
+    return Markup(f"<table>{head}<tbody>\n{body}\n</tbody></table>")
+
+
+def swatch(rgb: Sequence[float]) -> Markup:
+    """Return a small square of a colour, linear sRGB in [0, 1] (what lies outside is cut off)."""
+    from radiosity.light.colour import encode
+
+    code = "".join(f"{round(255 * min(max(float(v), 0.0), 1.0)):02x}" for v in encode(rgb))
+    return Markup(
+        '<span class="swatch" style="display:inline-block;width:0.9em;height:0.9em;'
+        f'border:1px solid #888;vertical-align:-0.1em;background:#{code}"></span>'
+    )
+
+
+def in_notebook(title: object, *parts: str) -> str:
+    """Return tables and lines under a title, as a notebook shows them."""
+    return f"<div><p><b>{cell(title)}</b></p>\n" + "\n".join(cell(p) for p in parts) + "</div>"
+
+
+def line(text: object) -> Markup:
+    """Return a paragraph of escaped text."""
+    return Markup(f"<p>{cell(text)}</p>")
