@@ -3,30 +3,40 @@
 import typer
 
 from radiosity.cli import options as o
+from radiosity.cli.answer import print_answer
+from radiosity.cli.contents import facts
 from radiosity.cli.given import refuse_solving
 from radiosity.cli.session import reached_line
 
 
 def info(
-    context: typer.Context, scene: o.SceneFile, bands: o.Bands = "auto", unit: o.Unit = None,
-    up: o.Up = None, as_json: o.Json = False,
-) -> None:  # fmt: skip
+    context: typer.Context,
+    scene: o.SceneFile,
+    as_json: o.Json = False,
+    bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
+) -> None:
     """Print what was read from a scene's files: materials, lights, cameras, mesh findings.
 
-    Of a .radsol file also how it was solved, and what was reached. With --json the mesh, its
-    findings and the notes.
+    Of a .radsol file also how it was solved, what was reached and what can be dimmed.
 
-    Example: radiosity info scenes/cornell_box.toml
+    Examples
+    --------
+    radiosity info scenes/cornell_box.toml
+    radiosity info scenes/cornell_box.obj --unit mm --up y --json
     """
     from radiosity.solve.load import is_solved, load
 
-    show = _as_json if as_json else describe
-    if not is_solved(scene):
-        print(show(load(scene, bands=bands, unit=unit, up=up)))
+    solution = None
+    if is_solved(scene):
+        refuse_solving(context, scene)
+        solution = load(scene)
+    model = solution.scene if solution else load(scene, bands=bands, unit=unit, up=up)
+    if as_json:
+        print_answer(facts(model, solution))
         return
-    refuse_solving(context, scene)
-    solution = load(scene)
-    print("\n".join([show(solution.scene), *([] if as_json else _solved(solution))]))
+    print("\n".join([describe(model), *(_solved(solution) if solution else [])]))
 
 
 def _solved(solution) -> list[str]:
@@ -95,28 +105,3 @@ def _findings(scene) -> list[str]:
     if scene.read_as:
         found.append("radiosity materials shows what these became, as tables of a scene file")
     return ["", *found, *(f"note: {note}" for note in scene.notes)]
-
-
-def _as_json(scene) -> str:
-    import json
-
-    from radiosity.mesh.findings import MEANS
-    from radiosity.scene.contents import flaws_of
-
-    _, flaws = flaws_of(scene)
-    vertices = scene.faces.vertices.reshape(-1, 3)
-    triangles = int(scene.faces.is_triangle.sum())
-    found = [
-        {
-            "kind": f.kind, "count": f.count, "means": MEANS[f.kind], "faces": f.faces,
-            "groups": [scene.groups[scene.faces.group[k]] for k in f.faces], "points": f.points,
-        }
-        for f in flaws.found
-    ]  # fmt: skip
-    return json.dumps({
-        "name": scene.name, "unit": scene.unit, "up": scene.up, "triangles": triangles,
-        "quadrilaterals": len(scene.faces) - triangles,
-        "low": vertices.min(axis=0).tolist(), "high": vertices.max(axis=0).tolist(),
-        "closed_looking_out": flaws.outward, "closed_looking_in": flaws.inward,
-        "open": flaws.open, "findings": found, "notes": scene.notes,
-    })  # fmt: skip
