@@ -3,6 +3,7 @@
 import datetime
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -82,10 +83,10 @@ def report(
     from radiosity.view.report.figures import gather
 
     figures = gather(solution, day, tuple(grids), spacing, margin, command)
-    if path is not None:
-        _write(solution, path, figures, [(c, size or _fitting(c)) for c in chosen], samples,
-               progress)  # fmt: skip
-    return figures
+    if path is None:
+        return figures
+    views = [(camera, size or _fitting(camera)) for camera in chosen]
+    return _write(solution, path, figures, views, samples, progress)
 
 
 def date_of(text: str | None) -> str:
@@ -135,17 +136,26 @@ def _fitting(camera: Camera) -> tuple[int, int]:
     return tuple(max(1, round(share * n)) for n in camera.size)
 
 
-def _write(solution, path, figures, views, samples, progress):
+def _write(solution, path, figures, views, samples, progress) -> "Figures":
+    """Write the file; return the figures with those of its pictures."""
     from radiosity.view.gather import render
     from radiosity.view.report.chart import draw
+    from radiosity.view.report.figures import Pictured
     from radiosity.view.report.maps import map_of
-    from radiosity.view.report.page import Picture, page
+    from radiosity.view.report.page import page
 
     with written_whole(path) as temporary:
         pictures = [
-            Picture(camera.name, render(solution, camera, size=size, samples=samples,
-                                        progress=progress))
+            render(solution, camera, size=size, samples=samples, progress=progress)
             for camera, size in views
-        ]  # fmt: skip
-        maps = [(zone, draw(map_of(solution, zone))) for zone in figures.grids]
+        ]
+        told = tuple(
+            Pictured(camera.name, *size, image.exposure, image.noise)
+            for (camera, size), image in zip(views, pictures, strict=True)
+        )
+        figures = replace(figures, pictures=told)
+        maps = [
+            (zone, draw(map_of(solution, zone))) for zone in figures.grids if zone.where is not None
+        ]
         temporary.write_text(page(figures, pictures, maps), encoding="utf-8")
+    return figures

@@ -3,10 +3,7 @@
 import platform
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
-from math import isfinite
 from pathlib import Path
-
-import numpy as np
 
 import radiosity
 from radiosity.light.photometry import photometric
@@ -34,7 +31,7 @@ class Power:
     Attributes
     ----------
     bands : tuple of str
-        Whose watts are told, () where these are wavelengths.
+        Whose watts are told, none where these are wavelengths.
     watts : dict of str to tuple
         ``emitted``, ``absorbed`` and ``escaped`` W a band.
     lumens : dict of str to float
@@ -50,8 +47,8 @@ class Power:
 
 
 @dataclass(frozen=True)
-class Accuracy:
-    """What was asked and what was reached, relative, and what the error is made of.
+class Error:
+    """Relative errors: what was asked, what was reached, and what that is made of.
 
     ``asked`` is None where a time was given instead, and not ``aimed`` at on a mesh that was given;
     ``truth`` is the error against the answer that the scene carries, ``stated`` what that is
@@ -69,10 +66,21 @@ class Accuracy:
 
 
 @dataclass(frozen=True)
+class Pictured:
+    """A picture of a report: pixels, display value per radiance, rms noise of the mean or None."""
+
+    camera: str
+    width: int
+    height: int
+    exposure: float
+    noise: float | None
+
+
+@dataclass(frozen=True)
 class Figures:
     """The figures of a report; see the parts.
 
-    ``said`` tells why planes or surfaces are missing, ``left_out`` what is not modelled at all,
+    ``remarks`` tell why planes or surfaces are missing, ``left_out`` what is not modelled at all,
     ``settings`` and ``versions`` map names to words.
     """
 
@@ -83,12 +91,12 @@ class Figures:
     closed: bool
     settings: dict[str, str]
     versions: dict[str, str]
-    accuracy: Accuracy
+    error: Error
     requirements: tuple[Requirement, ...]
     left_out: tuple[str, ...]
     grids: tuple[Zone, ...]
     surfaces: tuple[Zone, ...]
-    said: tuple[str, ...]
+    remarks: tuple[str, ...]
     materials: tuple[MaterialRow, ...]
     lights: tuple[LightRow, ...]
     light_groups: tuple[str, ...]
@@ -96,15 +104,34 @@ class Figures:
     findings: tuple[str, ...]
     notes: tuple[str, ...]
     unit: str
+    pictures: tuple[Pictured, ...] = ()
 
     def as_dict(self) -> dict:
-        """Return the figures for JSON: numbers that do not exist are None."""
-        told = {name: value for name, value in vars(self).items() if name not in _ZONES}
-        told |= {name: [_zone(z) for z in getattr(self, name)] for name in _ZONES}
-        return _plain(told)
+        """Return the figures as plain values, lists and dicts; what does not exist is None or nan.
 
-
-_ZONES = "grids", "surfaces"
+        They are those of ``radiosity report --json``, which docs/json.md describes.
+        """
+        names = (
+            "scene", "file", "date", "unit", "closed", "versions", "light_groups", "findings",
+            "notes", "remarks",
+        )  # fmt: skip
+        told = {name: getattr(self, name) for name in names}
+        error = self.error
+        return told | {
+            "command": self.settings.get("command"),
+            "grids": [_zone(z) for z in self.grids],
+            "surfaces": [_zone(z) for z in self.surfaces],
+            "lights": [_light(x) for x in self.lights],
+            "materials": [_material(m) for m in self.materials],
+            "requirements": [asdict(r) for r in self.requirements],
+            "not_modelled": self.left_out,
+            "power": asdict(self.power),
+            "error": {name: getattr(error, name) for name in ("mesh", "factors", "solver")},
+            "truth": None if error.truth is None else {
+                "error": error.truth, "tolerance": error.stated,
+            },
+            "pictures": [asdict(p) for p in self.pictures],
+        }  # fmt: skip
 
 
 def gather(
@@ -140,7 +167,7 @@ def gather(
     used = [m for m in material_rows(scene) if m.faces]
     return Figures(
         scene.name, Path(scene.source).name, date, face_words(scene), solution.closed,
-        _settings(solution, command), _versions(), _accuracy(solution),
+        _settings(solution, command), _versions(), _error(solution),
         requirements_of(solution), left_out(scene), tuple(planes), tuple(surfaces), tuple(said),
         tuple(used), tuple(light_rows(scene)), solution.groups, _power(solution),
         tuple(finding_words(scene)), (*_foreign(scene), *scene.notes), scene.unit,
@@ -182,9 +209,9 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def _accuracy(solution) -> Accuracy:
+def _error(solution) -> Error:
     found, plan, truth = solution.estimate, solution.plan, solution.scene.truth
-    return Accuracy(
+    return Error(
         None if plan.seconds is not None else plan.accuracy, plan.adapts, found.reached, found.mesh,
         found.kernel, float(solution.history[-1]), solution.truth_error(),
         None if truth is None else truth.relative_tolerance,
@@ -196,31 +223,32 @@ def _power(solution) -> Power:
     rows = {name: getattr(balance, name) for name in ("emitted", "absorbed", "escaped")}
     lumens = {name: float(photometric(power, bands)) for name, power in rows.items()}
     if bands.wavelengths is not None:
-        return Power((), {}, lumens, balance.defect)
+        return Power((), dict.fromkeys(rows, ()), lumens, balance.defect)
     watts = {name: tuple(float(v) for v in power) for name, power in rows.items()}
     names = tuple({"r": "red", "g": "green", "b": "blue"}.get(n, n) for n in bands.names)
     return Power(names, watts, lumens, balance.defect)
+
+
+def _light(light: LightRow) -> dict:
+    return {
+        "type": light.kind, "group": light.group, "place": light.place or None,
+        "read_as": light.label or None,
+        "flux_lm": light.flux_lm, "peak_cd": light.peak_cd,
+    }  # fmt: skip
+
+
+def _material(material: MaterialRow) -> dict:
+    names = "name", "faces", "area_m2", "reflectance", "luminance_cd_m2", "flux_lm"
+    told = {name: getattr(material, name) for name in names}
+    return told | {"optics": material.more.strip().replace("  ", "; ")}
 
 
 def _zone(zone: Zone) -> dict:
     """Return a zone as ``probe --grid --json`` tells it, with its names."""
     return {
         "name": zone.name, "kind": zone.kind,
-        "grid": {"name": zone.grid, "points": zone.points, "left_out": zone.left_out,
-                 "spacing": zone.spacing, "margin": zone.margin,
-                 "by": "patches" if zone.where is None else "points"},
+        "grid": zone.grid, "by": "patches" if zone.where is None else "points",
+        "points": zone.points, "left_out": zone.left_out, "spacing": zone.spacing or None,
+        "margin": zone.margin,
         "illuminance_lx": asdict(zone.found),
     }  # fmt: skip
-
-
-def _plain(value):
-    """Return what JSON can hold: dataclasses as objects, null for what is no number."""
-    if hasattr(value, "__dataclass_fields__"):
-        value = asdict(value)
-    if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if isfinite(value) else None
-    return value

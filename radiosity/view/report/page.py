@@ -1,42 +1,34 @@
 """A report as one HTML file: nothing is loaded from elsewhere, nothing needs a script."""
 
 from base64 import b64encode
-from dataclasses import dataclass
 from importlib.resources import files
 
 from radiosity.scene.markup import Markup, cell, line, swatch, table
-from radiosity.view.image import Image
+from radiosity.view.image import Image, png
 from radiosity.view.report.figures import Figures
 from radiosity.view.report.numbers import measured, plain
-from radiosity.view.report.words import TERMS, accuracy_words, percent
+from radiosity.view.report.words import TERMS, error_words, percent
 from radiosity.view.report.zones import Zone
 
 MOST_ROWS = 40  # of a table
-REFUSE = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"  # all else
+REFUSE = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"  # lets nothing else in
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A camera's name and its picture."""
-
-    camera: str
-    image: Image
-
-
-def page(figures: Figures, pictures: list[Picture], maps: list[tuple[Zone, bytes]]) -> str:
+def page(figures: Figures, pictures: list[Image], maps: list[tuple[Zone, bytes]]) -> str:
     """Return the HTML of a report.
 
     Parameters
     ----------
     figures : Figures
-    pictures : list of Picture
+    pictures : list of Image
+        Those that ``figures`` tell of.
     maps : list of (Zone, bytes)
         Each with its map as a PNG file.
     """
     parts = [
-        _title(figures), _summary(figures), _pictures(pictures), _zones(figures), _maps(maps),
-        _lights(figures), _materials(figures), _model(figures), _power(figures),
-        _accuracy(figures), _findings(figures), _settings(figures), _terms(),
+        _title(figures), _summary(figures), _pictures(figures, pictures), _zones(figures),
+        _maps(maps), _lights(figures), _materials(figures), _model(figures), _power(figures),
+        _error(figures), _findings(figures), _settings(figures), _terms(),
     ]  # fmt: skip
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -79,7 +71,7 @@ def _summary(figures) -> str:
     flux = figures.power.lumens["emitted"]
     inside = "closed" if figures.closed else "open: light leaves it"
     rows += [
-        ("estimated error", "; ".join([percent(figures.accuracy.reached), _asked(figures)])),
+        ("estimated error", "; ".join([percent(figures.error.reached), _asked(figures)])),
         ("light", f"{plain(flux)} lm from {_sources(figures)}"),
         ("scene", f"{figures.contents}; {inside}"),
     ]  # fmt: skip
@@ -87,10 +79,10 @@ def _summary(figures) -> str:
 
 
 def _asked(figures) -> str:
-    accuracy = figures.accuracy
-    if accuracy.asked is None:
+    error = figures.error
+    if error.asked is None:
         return "the best within a given time"
-    return f"{percent(accuracy.asked)} asked for" if accuracy.aimed else "on the mesh given"
+    return f"{percent(error.asked)} asked for" if error.aimed else "on the mesh given"
 
 
 def _sources(figures) -> str:
@@ -104,19 +96,20 @@ def _shining(figures):
     return [m for m in figures.materials if m.flux_lm > 0]
 
 
-def _pictures(pictures) -> str:
+def _pictures(figures, pictures) -> str:
     if not pictures:
         return _section("Pictures", line("The scene has no camera, so there is no picture."))
     shown = "\n".join(
-        _figure(_png(p.image._repr_png_()), f"Camera {p.camera}", _caption(p)) for p in pictures
+        _figure(_inline(png(image.shown())), f"Camera {told.camera}", _caption(told))
+        for image, told in zip(pictures, figures.pictures, strict=True)
     )
     return _section("Pictures", Markup(f'<div class="pictures">{shown}</div>'))
 
 
-def _caption(picture) -> str:
-    noise = picture.image.noise
-    told = "" if noise is None else f", noise {percent(noise)} of the mean luminance (rms)"
-    return f"Camera {picture.camera}: gathered, exposure {picture.image.exposure:.3g}{told}"
+def _caption(told) -> str:
+    noise = told.noise
+    left = "" if noise is None else f", noise {percent(noise)} of the mean luminance (rms)"
+    return f"Camera {told.camera}: gathered, exposure {told.exposure:.3g}{left}"
 
 
 def _zones(figures) -> str:
@@ -138,7 +131,7 @@ def _zones(figures) -> str:
         ))  # fmt: skip
     if any(z.where is None for z in figures.surfaces):
         parts.append(_note("(p): surfaces of many faces are told by the means of their patches."))
-    parts += [_note(words) for words in figures.said]
+    parts += [_note(words) for words in figures.remarks]
     return _section("Illuminance", *parts)
 
 
@@ -164,7 +157,9 @@ def _ratio(zone, name) -> str:
 def _maps(maps) -> str:
     if not maps:
         return ""
-    shown = [_figure(_png(png), f"Map of {zone.name}", _map_words(zone)) for zone, png in maps]
+    shown = [
+        _figure(_inline(stored), f"Map of {zone.name}", _map_words(zone)) for zone, stored in maps
+    ]
     note = _note(
         "White lines join places of equal illuminance, in lx as at the line and at the scale. "
         "Black lines are walls or edges, dots the points of the table."
@@ -206,8 +201,8 @@ def _lights(figures) -> str:
 
 def _materials(figures) -> str:
     rows, more = _capped([
-        [Markup(f"{swatch(m.rgb)} {cell(m.name)}"), plain(m.area_m2), m.faces, f"{m.reflectance:.3g}",
-         m.diffuse, m.more.strip().replace("  ", "; ") or "matt"]
+        [Markup(f"{swatch(m.rgb)} {cell(m.name)}"), plain(m.area_m2), m.faces,
+         f"{m.reflectance:.3g}", m.diffuse, m.more.strip().replace("  ", "; ") or "matt"]
         for m in sorted(figures.materials, key=lambda m: -m.area_m2)
     ])  # fmt: skip
     heads = ["material", "area m²", "faces", "reflectance", "in bands", "beside"]
@@ -228,15 +223,15 @@ def _power(figures) -> str:
     power, names = figures.power, ("emitted", "absorbed", "escaped")
     heads = ["", *(f"{b}, W" for b in power.bands), "luminous, lm"]
     rows = [
-        [name, *map(plain, power.watts.get(name, ())), plain(power.lumens[name])] for name in names
+        [name, *map(plain, power.watts[name]), plain(power.lumens[name])] for name in names
     ]
     note = f"Balanced within {percent(power.defect)} of the power emitted."
     return _section("Power balance", table(heads, rows, range(1, len(heads))), line(note))
 
 
-def _accuracy(figures) -> str:
-    said = accuracy_words(figures.accuracy)
-    return _section("Accuracy", *map(line, said), _note(TERMS["± (error bar)"].join(
+def _error(figures) -> str:
+    said = error_words(figures.error)
+    return _section("Error", *map(line, said), _note(TERMS["± (error bar)"].join(
         ["Every number after a ± is ", "."])))  # fmt: skip
 
 
@@ -283,5 +278,5 @@ def _figure(source, words, caption) -> Markup:
     )
 
 
-def _png(data: bytes) -> str:
+def _inline(data: bytes) -> str:
     return f"data:image/png;base64,{b64encode(data).decode()}"

@@ -6,7 +6,7 @@ from radiosity.light.bands import RGB
 from radiosity.scene.model import Scene
 
 if TYPE_CHECKING:
-    from radiosity.view.report.figures import Accuracy
+    from radiosity.view.report.figures import Error
 
 TERMS = {
     "illuminance E": "luminous flux that falls on a surface, per area; lx = lm/m²",
@@ -53,29 +53,29 @@ def left_out(scene: Scene) -> tuple[str, ...]:
     return tuple(found)
 
 
-def accuracy_words(accuracy: "Accuracy") -> list[str]:
+def error_words(error: "Error") -> list[str]:
     """Return in sentences what accuracy was asked, what was reached, and what that means."""
-    if accuracy.asked is None:
+    if error.asked is None:
         first = "The best answer within a given time was asked for"
-    elif accuracy.aimed:
-        first = f"An error of at most {percent(accuracy.asked)} was asked for"
+    elif error.aimed:
+        first = f"An error of at most {percent(error.asked)} was asked for"
     else:
         first = "The mesh was given, so no accuracy could be aimed at"
     met = ""
-    if accuracy.asked is not None and accuracy.aimed:
-        met = ", as asked" if accuracy.reached <= accuracy.asked else ": NOT what was asked"
+    if error.asked is not None and error.aimed:
+        met = ", as asked" if error.reached <= error.asked else ": NOT what was asked"
     said = [
-        f"{first}; {percent(accuracy.reached)} is estimated to be reached{met}.",
+        f"{first}; {percent(error.reached)} is estimated to be reached{met}.",
         "That is the 95th percentile over all lit surfaces of the error of the illuminance at a "
         "point, relative to the illuminance there or, where that is less, to a tenth of the mean.",
-        f"Of it the mesh causes {percent(accuracy.mesh)}, form factors and rays "
-        f"{percent(accuracy.factors)}, and the solver {percent(accuracy.solver)}; they do not "
+        f"Of it the mesh causes {percent(error.mesh)}, form factors and rays "
+        f"{percent(error.factors)}, and the solver {percent(error.solver)}; they do not "
         "add up, as they seldom fall on the same places.",
     ]
-    if accuracy.truth is not None:
+    if error.truth is not None:
         said.append(
             f"The scene carries its own answer: the radiosity differs from it by "
-            f"{percent(accuracy.truth)}; it is stated to hold to {percent(accuracy.stated)}."
+            f"{percent(error.truth)}; it is stated to hold to {percent(error.stated)}."
         )
     return said
 
