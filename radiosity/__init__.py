@@ -31,7 +31,7 @@ _HOMES = {
     "form_factors": "radiosity.solve.matrix",
     "load": "radiosity.solve.load",
     "plan": "radiosity.solve.forecast",
-    "plot": "radiosity.view.window",
+    "plot": "radiosity.view.shown",
     "render": "radiosity.view.methods",
     "report": "radiosity.view.report",
     "save": "radiosity.view.export",

@@ -63,11 +63,12 @@ def swatch(rgb: Sequence[float]) -> Markup:
     )
 
 
-def in_notebook(title: object, *parts: str) -> str:
+def line(text: str) -> Markup:
+    """Return a paragraph of text, "" of none."""
+    return Markup(f"<p>{cell(text)}</p>" if text else "")
+
+
+def in_notebook(title: str, *parts: str) -> str:
     """Return tables and lines under a title, as a notebook shows them."""
-    return f"<div><p><b>{cell(title)}</b></p>\n" + "\n".join(cell(p) for p in parts) + "</div>"
-
-
-def line(text: object) -> Markup:
-    """Return a paragraph of escaped text."""
-    return Markup(f"<p>{cell(text)}</p>")
+    body = "\n".join(cell(part) for part in parts if part)
+    return f"<div><p><b>{cell(title)}</b></p>\n{body}</div>"

@@ -70,6 +70,12 @@ class Forecast:
     seconds: float
     memory: float
 
+    def _repr_html_(self) -> str:
+        """Return it as a notebook shows it."""
+        from radiosity.solve.overview import forecast_html
+
+        return forecast_html(self)
+
 
 def foresee(scene: Scene, plan: Plan) -> Forecast:
     """Return what solving a scene by a plan will take."""

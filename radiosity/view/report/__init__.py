@@ -85,7 +85,9 @@ def report(
     figures = gather(solution, day, tuple(grids), spacing, margin, command)
     if path is None:
         return figures
-    views = [(camera, size or _fitting(camera)) for camera in chosen]
+    from radiosity.view.camera import fitting
+
+    views = [(camera, size or fitting(camera, LONGEST)) for camera in chosen]
     return _write(solution, path, figures, views, samples, progress)
 
 
@@ -128,12 +130,6 @@ def cameras_of(scene: Scene, names: Sequence[str] | None) -> list[Camera]:
     if names is None:
         return list(scene.cameras.values())[:MOST_PICTURES]
     return [find_camera(scene, name) for name in names]
-
-
-def _fitting(camera: Camera) -> tuple[int, int]:
-    """Return a camera's size, at most LONGEST."""
-    share = min(1.0, LONGEST / max(camera.size))
-    return tuple(max(1, round(share * n)) for n in camera.size)
 
 
 def _write(solution, path, figures, views, samples, progress) -> "Figures":
