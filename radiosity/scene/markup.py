@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
+LEFT, RIGHT = 'style="text-align:left"', 'class="number" style="text-align:right"'
+
 
 class Markup(str):
     """Text that is HTML already, which `cell` leaves as it is."""
@@ -22,7 +24,7 @@ def cell(value: object) -> str:
 def table(
     heads: Sequence[object], rows: Iterable[Sequence[object]], numbers: Iterable[int] = ()
 ) -> Markup:
-    """Return a table; columns of ``numbers`` are aligned to the right.
+    """Return a table; columns of ``numbers`` are aligned to the right, in notebooks too.
 
     Parameters
     ----------
@@ -35,16 +37,16 @@ def table(
 
     Examples
     --------
-    >>> print(table(["name", "lx"], [["<floor>", 3]], numbers=[1]))
-    <table><thead><tr><th>name</th><th class="number">lx</th></tr></thead><tbody>
-    <tr><td>&lt;floor&gt;</td><td class="number">3</td></tr>
+    >>> print(table([], [["<floor>", 3]], numbers=[1]))
+    <table><tbody>
+    <tr><td style="text-align:left">&lt;floor&gt;</td><td class="number" ...>3</td></tr>
     </tbody></table>
     """
     right = set(numbers)
 
     def line(values, tag):
-        marks = (' class="number"' if k in right else "" for k in range(len(values)))
-        cells = (f"<{tag}{m}>{cell(v)}</{tag}>" for m, v in zip(marks, values, strict=True))
+        marks = (RIGHT if k in right else LEFT for k in range(len(values)))
+        cells = (f"<{tag} {m}>{cell(v)}</{tag}>" for m, v in zip(marks, values, strict=True))
         return f"<tr>{''.join(cells)}</tr>"
 
     head = f"<thead>{line(heads, 'th')}</thead>" if heads else ""

@@ -50,7 +50,7 @@ def solution_html(solution: "Solution") -> str:
     --------
     >>> import radiosity
     >>> solution = radiosity.solve(radiosity.load("scenes/furnace.toml"), 0.1)
-    >>> ">2254<" in solution_html(solution)  # lx on its walls
+    >>> ">2259<" in solution_html(solution)  # lx on its walls
     True
     """
     plan, level = solution.plan, solution.level

@@ -74,7 +74,7 @@ def report(
     >>> solution = radiosity.solve(radiosity.load("scenes/furnace.toml"), accuracy=0.1)
     >>> told = radiosity.report(solution, "furnace.html", size=(16, 12), samples=8)
     >>> round(told.grids[0].found.mean, 1)  # lx on the work plane
-    2254.2
+    2258.7
     """
     day = date_of(date)
     if path is not None:

@@ -10,8 +10,8 @@ def measured(value: float, error: float) -> str:
 
     Examples
     --------
-    >>> measured(312.437, 4.21), measured(0.61234, 0.0123), measured(2254.21, 0.0)
-    ('312 ± 4', '0.612 ± 0.012', '2254 ± 0')
+    >>> measured(312.437, 4.21), measured(0.61234, 0.0123), measured(2258.71, 0.0)
+    ('312 ± 4', '0.612 ± 0.012', '2259 ± 0')
     >>> measured(1234.5, 87.0), measured(float("nan"), 0.0), measured(3e-7, 2e-8)
     ('1230 ± 90', '-', '3.0e-07 ± 2e-08')
     """

@@ -73,7 +73,7 @@ def zone_of(
     >>> solution = radiosity.solve(radiosity.load("scenes/furnace.toml"), 0.1)
     >>> zone = zone_of(solution, "0.75")
     >>> zone.name, round(zone.found.mean, 1), round(zone.found.u0, 3)
-    ('Plane at z = 0.75 m', 2254.2, 1.0)
+    ('Plane at z = 0.75 m', 2258.7, 1.0)
     """
     points = make_grid(solution, grid, spacing, margin)
     if height_of(grid) is None:
