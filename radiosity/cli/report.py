@@ -135,9 +135,12 @@ def _check_in(scene, cameras, pixels, grids, spacing, margin) -> None:
     from radiosity.view.gather import picture_size
     from radiosity.view.grids import check_grid
     from radiosity.view.report import cameras_of
+    from radiosity.view.report.zones import lowest
 
     for camera in cameras_of(scene, cameras):
         picture_size(camera, pixels, scene.bands)
+    if not grids and not (spacing is None and margin is None):
+        grids = [repr(lowest(scene))]
     for name in grids:
         check_grid(scene, name, spacing, margin)
 

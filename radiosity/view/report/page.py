@@ -231,7 +231,7 @@ def _power(figures) -> str:
 
 def _error(figures) -> str:
     said = error_words(figures.error)
-    return _section("Error", *map(line, said), _note(TERMS["± (error bar)"].join(
+    return _section("Accuracy", *map(line, said), _note(TERMS["± (error bar)"].join(
         ["Every number after a ± is ", "."])))  # fmt: skip
 
 

@@ -10,12 +10,12 @@ from radiosity.solve.solution import Solution
 from radiosity.view.grids import height_of, make_grid
 from radiosity.view.pointgrid import Evenness, PointGrid, evenness
 from radiosity.view.surfacegrid import surface_cells, surface_grid
-from radiosity.view.workplane import plane_grid, roofed
+from radiosity.view.workplane import plane_cells, plane_grid, roofed
 
 DESK = 0.75  # metres over the lowest point
 ROOM = 2.0, 1.5  # metres that a room is high and wide at least
 UNDER_ROOF = 0.5  # of the points of a room's plane
-MOST_FACES, MOST_POINTS = 400, 20000  # of a surface that gets a grid
+MOST_FACES, MOST_POINTS = 200, 20000  # of a surface that gets a grid
 
 
 @dataclass(frozen=True)
@@ -85,9 +85,17 @@ def zone_of(
 def default_planes(
     solution: Solution, spacing: float | None = None, margin: float | None = None
 ) -> tuple[list[Zone], list[str]]:
-    """Return the floor and, of a room, the work plane; and why one of them is not there."""
+    """Return the floor and, of a room, the work plane; and why one of them is not there.
+
+    Raises
+    ------
+    ValueError
+        An impossible spacing or margin.
+    """
     scene = solution.scene
-    low = float(scene.faces.vertices[..., "xyz".index(scene.up)].min())
+    low = lowest(scene)
+    if spacing is not None or margin is not None:
+        plane_cells(scene, low, spacing, margin)
     desk, why = low + DESK / scene.unit_m, _no_room(scene)
     found, said = [], []
     if not why:
@@ -111,6 +119,11 @@ def default_planes(
     else:
         found.append(floor)
     return found, said
+
+
+def lowest(scene: Scene) -> float:
+    """Return the height of a scene's lowest point, scene units."""
+    return float(scene.faces.vertices[..., "xyz".index(scene.up)].min())
 
 
 def _level(solution, name, height, points) -> Zone:
