@@ -14,6 +14,7 @@ from radiosity.light.photometry import photometric
 from radiosity.scene.markup import Markup, cell, swatch, table
 from radiosity.view.falsecolour import Scale
 from radiosity.view.notebook import in_notebook
+from radiosity.view.window import display_available
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 CELLS = """import radiosity
@@ -61,11 +62,16 @@ def test_a_real_notebook_shows_pictures_and_tables(solution):
     assert "<camera inside, 16 x 12" in shown[3]["text/plain"]
 
 
-def test_outside_of_notebooks_there_is_none(solution):
+def test_outside_of_notebooks_there_is_none(solution, monkeypatch):
     assert not in_notebook()
     shown = radiosity.plot(solution, size=(8, 6), samples=16, exposure=0.5, inline=True)
     assert shown.image.exposure == 0.5 and shown.image.pixels.shape == (6, 8, 3)
     assert "noise" in repr(shown)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    display_available.cache_clear()
+    with pytest.raises(RuntimeError, match="no window can be opened"):
+        radiosity.plot(solution)
     with pytest.raises(ValueError, match="camera = 'moon' is not in the scene"):
         radiosity.plot(solution, "moon", inline=True)
     with pytest.raises(ValueError, match="must be positive and finite"):
@@ -79,14 +85,16 @@ def test_a_size_that_is_not_given_keeps_the_camera_in_proportion(solution):
         assert shown.image.pixels.shape[1::-1] == expected
 
 
-def test_a_solution_tells_light_and_power(solution):
+def test_a_solution_tells_light_and_power():
+    solution = radiosity.solve(radiosity.load(SCENES / "lroom.toml"), 0.1)
     text = solution._repr_html_()
-    mine = solution.scene.faces.material[solution.patches.face] == 0
+    names = [m.name for m in solution.scene.materials]
+    mine = solution.scene.faces.material[solution.patches.face] == names.index("white")
     mean = np.average(solution.illuminance[mine], weights=solution.patches.area[mine])
-    assert f">floor</td><td class=\"number\" style=\"text-align:right\">{mean:.4g}<" in text
+    assert f">white</td><td class=\"number\" style=\"text-align:right\">{mean:.4g}<" in text
     for power in (solution.balance.emitted, solution.balance.absorbed):
         assert f">{power[0]:.4g}<" in text and f">{photometric(power):.4g}<" in text
-    assert "asked 10 %" in text and "closed" in text and "light groups: ceiling" in text
+    assert "asked 10 %" in text and "closed" in text and "light groups: black" in text
 
 
 def test_names_are_text():

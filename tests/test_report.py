@@ -10,7 +10,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from scenes_for_tests import block, box, material, scene, uv_sphere
+from scenes_for_tests import block, box, material, scene
 from test_cli import BOX, CORNELL, FURNACE, SCENES
 
 import radiosity
@@ -257,14 +257,22 @@ def test_isolux_lines_are_round():
 
 
 def test_surfaces_of_many_faces_are_told_by_their_patches(tmp_path):
-    """A glowing sphere of 242 faces: the mean is by area."""
-    made = replace(scene(uv_sphere(11), 0.5), materials=(material(0.5, 1.0),))
-    faces = replace(made.faces, material=0 * made.faces.material)
-    many = radiosity.solve(replace(made, faces=faces), mesh="1")
-    (zone,), _ = default_surfaces(many)
-    assert zone.where is None and zone.points == int(many.live.sum())
-    area = many.patches.area[many.live]
-    assert zone.found.mean == pytest.approx(np.average(many.illuminance[many.live], weights=area))
+    """A floor of 210 strips, the wider ones farther from a bright wall: the mean is by area."""
+    x = 3 * np.linspace(0, 1, 211) ** 2
+    strips = [[[a, 0, 0], [b, 0, 0], [b, 3, 0], [a, 3, 0]] for a, b in zip(x, x[1:], strict=False)]
+    made = scene(np.concatenate([box((0, 0, 0), (3, 3, 3))[1:], strips]), 0.5)
+    dull, bright = material(0.5, name="dull"), material(0.5, 1.0, name="bright")
+    owner = np.array([0, 2, *[0] * 3, *[1] * 210])
+    many = radiosity.solve(
+        replace(made, faces=replace(made.faces, material=owner),
+                materials=(replace(dull, name="walls"), dull, bright)),
+        mesh="1",
+    )  # fmt: skip
+    zones, _ = default_surfaces(many)
+    zone = {z.name: z for z in zones}["dull"]
+    assert 1.15 * zone.found.mean < many.illuminance[5:].mean()  # most strips are near the wall
+    assert zone.where is None and zone.points == 210
+    assert zone.found.mean == pytest.approx(many.illuminance[5:] @ np.diff(x) / 3)
     assert "(p)" in written(many, tmp_path)[1].text
 
 
@@ -310,6 +318,7 @@ def test_a_report_can_be_made_again(room, tmp_path, monkeypatch):
 def test_what_cannot_be_is_refused(command, tmp_path, words, said):
     code, out, error = command("report", BOX, "--accuracy", "0.1", *words)
     assert code == 2 and said in error and not out and "Traceback" not in error
+    assert "solved" not in error  # it is told before any work is done
     assert list(tmp_path.iterdir()) == []
 
 
