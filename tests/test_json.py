@@ -58,6 +58,8 @@ ANSWERED = [
     ["view", BOX, *QUICK, "--screenshot", "a.png", *FEW],
     ["probe", BOX, "points.csv", *QUICK],
     ["probe", BOX, *QUICK, "--grid", "1", "-o", "a.csv"],
+    ["report", BOX, *QUICK, "--grid", "1", "--grid", "floor", "-o", "a.html", *FEW],
+    ["report", str(SCENES / "point_spot.toml"), *QUICK],
     ["plan", BOX, *QUICK],
     ["tradeoff", BOX, *QUICK, "--solvers"],
     ["formfactors", MESH, *QUICK, "--by-group", "-o", "F.npz"],
