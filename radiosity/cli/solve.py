@@ -26,7 +26,7 @@ def solve(
         str | None,
         typer.Option(
             "-o", "--output",
-            help="Save to .radsol (all of it), .vtp (ParaView), .glb, .csv or .npz.",
+            help="Save to .radsol (all of it), .vtp (ParaView), .glb, .html (page), .csv or .npz.",
         ),
     ] = None,
     lightmap: Annotated[
