@@ -44,10 +44,11 @@ def contents_of(
 
 
 def _pack(packer, solution, mesh) -> list[dict]:
-    """Add a mesh's arrays; return which of its triangles have the same material and side."""
+    """Add a mesh's arrays; return which of its triangles are alike: material, side, lit or not."""
     scene, patches = solution.scene, solution.patches
     patch = mesh.patch[mesh.triangles[:, 0]]
-    kind = 2 * scene.faces.material[patches.face[patch]] + ~patches.front[patch]
+    kind = 4 * scene.faces.material[patches.face[patch]] + 2 * ~patches.front[patch]
+    kind += ~solution.live[patch]
     order = np.argsort(kind, kind="stable")
     kinds, start, count = np.unique(kind[order], return_index=True, return_counts=True)
     corner = mesh.triangles[order].ravel()
@@ -62,7 +63,10 @@ def _pack(packer, solution, mesh) -> list[dict]:
     if mesh.uv.any():
         packer.floats("uv", mesh.uv[vertex])
     made = zip(kinds.tolist(), (3 * start).tolist(), (3 * count).tolist(), strict=True)
-    return [{"material": k // 2, "back": k % 2, "start": a, "count": n} for k, a, n in made]
+    return [
+        {"material": k // 4, "back": k // 2 % 2, "dark": k % 2, "start": a, "count": n}
+        for k, a, n in made
+    ]
 
 
 def _materials(solution, mesh) -> list[dict]:

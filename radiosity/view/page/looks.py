@@ -9,6 +9,10 @@ from radiosity.scene.model import Material, Scene
 from radiosity.solve.albedo import sent_on
 from radiosity.solve.system import side_reflectance, translucent
 
+MATTE = {
+    "mirror": "mirror images", "specular": "highlights and gloss",
+    "transmit": "what clear bodies bend", "bump": "relief",
+}  # fmt: skip
 CLEAREST = 0.25  # of a surface that lets all light through, what is left to be seen
 
 
@@ -60,8 +64,7 @@ def not_shown(scene: Scene) -> list[str]:
     """Return in words what a page leaves out of how surfaces look."""
     used = [scene.materials[k] for k in np.unique(scene.faces.material)]
     found = []
-    for kind, word in (("mirror", "mirror images"), ("specular", "highlights and gloss"),
-                       ("transmit", "what is bent by clear bodies"), ("bump", "relief")):  # fmt: skip
+    for kind, word in MATTE.items():
         names = [m.name for m in used if getattr(m, kind) is not None]
         if names:
             found.append(f"{word} ({', '.join(names)})")

@@ -13,14 +13,13 @@ from radiosity.transport.files import written_whole
 from radiosity.transport.threads import Progress, silent
 from radiosity.view.page.contents import contents_of
 from radiosity.view.page.gathered import PageMesh, gathered_mesh
-from radiosity.view.page.refine import MOST
 
 SCRIPTS = "vectors", "light", "camera", "draw", "pick", "panel", "main"  # in this order
 
 
 def write_page(
     solution: Solution, path: str | PathLike, *, camera: Camera | None = None,
-    exposure: float | None = None, most: int = MOST, progress: Progress = silent,
+    exposure: float | None = None, progress: Progress = silent,
 ) -> None:  # fmt: skip
     """Write a page that shows a solution: whole, or not at all.
 
@@ -32,8 +31,6 @@ def write_page(
         What is shown first; by default the scene's first camera.
     exposure : float, optional
         Display value per radiance, at first; by default that of pictures.
-    most : int
-        About how many vertices; more are finer.
 
     Raises
     ------
@@ -41,7 +38,7 @@ def write_page(
         Where the file cannot be written.
     """
     with written_whole(path) as temporary:
-        text = page_of(solution, gathered_mesh(solution, progress, most), camera, exposure)
+        text = page_of(solution, gathered_mesh(solution, progress), camera, exposure)
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
@@ -70,12 +67,12 @@ def page_of(
 
 
 def embedded(value) -> str:
-    """Return a value as JSON that can stand in a page: no text in it ends, or begins, an element.
+    r"""Return a value as JSON that can stand in a page: no text in it ends, or begins, an element.
 
     Examples
     --------
     >>> embedded({"name": "</script>"})
-    '{"name":"\\\\u003c/script\\\\u003e"}'
+    '{"name":"\\u003c/script\\u003e"}'
     """
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
     for sign in "<>&":

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radiosity.mesh.patches import Patches
-from radiosity.transport.threads import Progress, silent
+from radiosity.transport.threads import Progress
 from radiosity.view.page.cells import (
     DEPTH,
     Cells,
@@ -18,8 +18,10 @@ from radiosity.view.page.cells import (
 
 TOLERANCE = 0.02  # by which light may miss a line between two points; a quarter of it is left
 DIM = 0.1  # of the mean, what errors in the dark are relative to
-MOST = 40_000  # points, but those that whole patches need
+EVENLY = 8  # of so many points one is for cells of about the same size, in which nothing can hide
 SURE = 2.0  # standard errors that what is found must differ by to be real
+
+POINTS_A_CELL = 4  # about, most of which it shares
 
 Look = Callable[[np.ndarray, np.ndarray, Progress], "Light"]  # of patches (k,), points (k, 3)
 
@@ -76,7 +78,7 @@ class Seen:
 
 
 def refined(
-    patches: Patches, which: np.ndarray, look: Look, progress: Progress = silent, most: int = MOST
+    patches: Patches, which: np.ndarray, look: Look, progress: Progress, most: int
 ) -> tuple[Cells, Seen]:
     """Divide patches until light is straight, or DEPTH times, or to about ``most`` points.
 
@@ -96,12 +98,14 @@ def refined(
     """
     cells, seen, done = whole_patches(patches, which), Seen(patches, look), []
     seen.add(cells, progress)
-    means = _means(cells, seen)
+    means, area = _means(cells, seen), cells.areas(patches)
+    large = 2.0 * EVENLY * POINTS_A_CELL * area.sum() / max(most, 1)
     for _ in range(DEPTH):
-        miss = _misses(cells, seen, means)
+        area = cells.areas(patches)
+        miss = np.where(area > large, np.inf, _misses(cells, seen, means))
         bent = np.flatnonzero(miss > TOLERANCE)
-        worst = np.argsort(-(miss * cells.areas(patches))[bent], kind="stable")
-        room = max(0, most - len(seen.numbers)) // 12  # points that four new cells need, about
+        worst = np.argsort(-(miss * area)[bent], kind="stable")
+        room = max(0, most - len(seen.numbers)) // (3 * POINTS_A_CELL)  # four in the place of one
         bent = bent[worst[:room]]
         if not len(bent):
             break

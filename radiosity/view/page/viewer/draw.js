@@ -149,6 +149,7 @@ class Drawing {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.CULL_FACE);
+    gl.polygonOffset(2, 4);
     gl.useProgram(this.program);
     this.tell(eye.matrix(width / height), state);
     for (const part of this.order) this.drawPart(part, state.weights);
@@ -179,6 +180,8 @@ class Drawing {
     gl.uniform1f(this.place('opacity'), material.opacity);
     gl.uniform3fv(this.place('emission'), part.back ? [0, 0, 0] : emitted(material, weights));
     gl.depthMask(!clear);
+    // A floor goes on, black, under a block: pushed back, so that it does not flicker at the seam.
+    if (part.dark) gl.enable(gl.POLYGON_OFFSET_FILL); else gl.disable(gl.POLYGON_OFFSET_FILL);
     if (clear) gl.enable(gl.BLEND); else gl.disable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.drawElements(gl.TRIANGLES, part.count, gl.UNSIGNED_INT, 4 * part.start);

@@ -27,7 +27,7 @@ class Page {
     this.drawing = new Drawing(this.canvas, about, arrays, () => this.ask());
     this.views = [...about.cameras, this.eye.overview()];
     tellAbout(about);
-    makeLamps(about, this.state, () => this.relight());
+    makeLamps(about, arrays, this.state, () => this.relight());
     this.connect();
     this.eye.follow(this.views[0]);
     this.rescale();

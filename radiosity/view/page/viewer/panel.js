@@ -51,9 +51,14 @@ function drawScale(about, state) {
 
 const tidy = (x) => String(Number(x.toPrecision(4)));
 
-/** A slider for each group of light; its name switches the group off and on. */
-function makeLamps(about, state, changed) {
-  byId('lamps').replaceChildren(...about.groups.map((name, k) => {
+/** A slider for each group that has light; its name switches the group off and on. */
+function makeLamps(about, arrays, state, changed) {
+  const shines = (k) => arrays.light[4 * k].some((x) => x > 0)
+    || about.materials.some((m) => m.emission && m.emission.group === k);
+  const lit = [...about.groups.keys()].filter(shines);
+  byId('lamps-section').hidden = lit.length === 0;
+  byId('lamps').replaceChildren(...lit.map((k) => {
+    const name = about.groups[k];
     const row = element('div', '', { class: 'slider' });
     const button = element('button', name, { title: `${name}: off, on`, 'aria-pressed': 'true' });
     const slider = element('input', '', { type: 'range', min: 0, max: 200, value: 100, 'aria-label': name });
@@ -91,18 +96,19 @@ function tellPoint(about, found) {
     list('point', []);
     return;
   }
-  const about_ = found.textured ? '≈ ' : ''; // of the texture's mean
+  const nearly = found.textured ? '≈ ' : ''; // of the texture's mean
   const error = found.error === null ? 'told when all light is set alike' : `± ${told(found.error)} lx`;
   list('point', [
     ['illuminance', `${told(found.lux)} lx`],
     ['estimated error', error],
-    ['luminance', `${about_}${told(found.luminance)} cd/m²`],
+    ['luminance', `${nearly}${told(found.luminance)} cd/m²`],
     ['material', found.side === 'back' ? `${found.material.name} (back)` : found.material.name],
-    ['reflectance', `${about_}${(100 * found.reflectance).toFixed(0)} %`],
+    ['reflectance', `${nearly}${(100 * found.reflectance).toFixed(0)} %`],
     ['position', `${found.point.map(told).join(', ')} ${about.unit}`],
   ]);
   Object.assign(place.dataset, { lux: found.lux, luminance: found.luminance, material: found.material.name });
   found.point.forEach((x, k) => { place.dataset['xyz'[k]] = x; });
+  found.normal.forEach((x, k) => { place.dataset[['nx', 'ny', 'nz'][k]] = x; });
 }
 
 function tellAbout(about) {

@@ -35,6 +35,7 @@ function known(about, arrays, light, weights, found) {
   const material = about.materials[part.material];
   const reflected = [1, 2, 3].map((c) => at(light, 4, c));
   const sent = add(part.back ? [0, 0, 0] : emitted(material, weights), reflected);
+  const [a, b, c] = corners.map((k) => Array.from(arrays.points.subarray(3 * k, 3 * k + 3)));
   const lux = at(light, 4, 0), even = weights.every((w) => w === weights[0]);
   return {
     lux, material,
@@ -43,6 +44,7 @@ function known(about, arrays, light, weights, found) {
     reflectance: material.reflectance[part.back],
     side: part.back ? 'back' : 'front',
     point: found.point,
+    normal: unit(cross(subtract(b, a), subtract(c, a))),
     textured: Boolean(material.picture),
   };
 }
