@@ -64,7 +64,7 @@ class Elements(HTMLParser):
 
 @pytest.fixture(scope="module")
 def cornell():
-    return solve(radiosity.load(SCENES / "cornell_box.toml"), 0.2)
+    return solve(radiosity.load(SCENES / "cornell_box.toml"), 0.1)
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import numpy as np
 
 from radiosity.light.photometry import illuminance
 from radiosity.mesh.corners import between, weights
+from radiosity.solve.positive import not_negative
 from radiosity.solve.relight import told_apart
 from radiosity.solve.solution import Solution
 from radiosity.transport.curved import smooth_normals
@@ -88,7 +89,8 @@ class _Look:
         self.solution, self.looks = solution, looks_of(solution.scene)
         self.groups = solution.groups if solution.can_dim else (ALL,)
         self.groups = self.groups or (ALL,)
-        self.level = told_apart(solution) if solution.can_dim else solution.level
+        level = told_apart(solution) if solution.can_dim else solution.level
+        self.level = not_negative(level)
 
     def __call__(self, patch, points, progress) -> Light:
         """Return the `Light` at points (k, 3) of patches (k,)."""

@@ -60,14 +60,16 @@ def picture_of(material: Material) -> tuple[np.ndarray, bool]:
     return texels / np.maximum(texels.mean(axis=(0, 1)), 1e-12), picture.repeat
 
 
-def not_shown(scene: Scene) -> list[str]:
-    """Return in words what a page leaves out of how surfaces look."""
+def not_shown(scene: Scene) -> str:
+    """Return in words what a page leaves out of how a scene looks."""
     used = [scene.materials[k] for k in np.unique(scene.faces.material)]
-    found = []
+    shiny = []
     for kind, word in MATTE.items():
         names = [m.name for m in used if getattr(m, kind) is not None]
         if names:
-            found.append(f"{word} ({', '.join(names)})")
-    if scene.lights:
-        found.append("the lamps themselves, of which surfaces see the light alone")
-    return found
+            shiny.append(f"{word} ({', '.join(names)})")
+    lamps = ["lamps, which cameras do not see either"] if scene.lights else []
+    if not shiny and not lamps:
+        return "Nothing is left out: all surfaces are matte."
+    matte = "What shines or is clear is shown matte, as bright as it is on the whole. "
+    return (matte if shiny else "") + f"Not shown: {'; '.join(shiny + lamps)}."

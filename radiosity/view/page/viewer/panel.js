@@ -17,20 +17,24 @@ function told(x) {
   return digits > 8 ? x.toPrecision(3) : x.toFixed(Math.min(digits, 8));
 }
 
-/** Round illuminances on a scale up to `top`, ascending, below its end. */
+/** Where an illuminance is on a scale, from 0 to 1. */
+const placeOn = (top, log, lux) => (log ? 1 + Math.log10(lux / top) / DECADES : lux / top);
+
+/** Round illuminances on a scale up to `top`, ascending, with room for their numbers. */
 function levelsOf(top, log) {
+  const fits = (lux) => Math.abs(placeOn(top, log, lux) - 0.5) < 0.46;
   const found = [];
   if (log) {
     const low = Math.floor(Math.log10(top) - DECADES);
     for (let power = low; power <= Math.log10(top); power++) {
       for (const m of [1, 2, 5]) found.push(m * 10 ** power);
     }
-    return found.filter((x) => x > top * 10 ** -DECADES * 1.001 && x < 0.999 * top);
+    return found.filter(fits);
   }
   const unitStep = 10 ** Math.floor(Math.log10(top / 5));
   const step = [1, 2, 5, 10].map((m) => m * unitStep).find((s) => top / s <= 10);
-  for (let k = 1; k * step < 0.999 * top; k++) found.push(k * step);
-  return found;
+  for (let k = 1; k * step < top; k++) found.push(k * step);
+  return found.filter(fits);
 }
 
 function drawScale(about, state) {
@@ -39,9 +43,8 @@ function drawScale(about, state) {
     context.fillStyle = `rgb(${colour.join(',')})`;
     context.fillRect(0, 255 - k, 1, 1);
   });
-  const place = (x) => (state.log ? 1 + Math.log10(x / state.top) / DECADES : x / state.top);
   const ends = [[0, state.log ? `≤ ${tidy(state.top * 10 ** -DECADES)}` : '0'], [1, `≥ ${tidy(state.top)}`]];
-  const inner = state.levels.map((x) => [place(x), tidy(x)]).filter(([p]) => p > 0.05 && p < 0.95);
+  const inner = state.levels.map((x) => [placeOn(state.top, state.log, x), tidy(x)]);
   byId('ticks').replaceChildren(...[...ends, ...inner].map(([p, text]) => {
     const tick = element('span', text);
     tick.style.bottom = `${100 * p}%`;
@@ -97,7 +100,7 @@ function tellPoint(about, found) {
     return;
   }
   const nearly = found.textured ? '≈ ' : ''; // of the texture's mean
-  const error = found.error === null ? 'told when all light is set alike' : `± ${told(found.error)} lx`;
+  const error = found.error === null ? 'known when sliders agree' : `± ${told(found.error)} lx`;
   list('point', [
     ['illuminance', `${told(found.lux)} lx`],
     ['estimated error', error],
@@ -114,9 +117,7 @@ function tellPoint(about, found) {
 function tellAbout(about) {
   document.querySelector('#name').textContent = about.name;
   list('facts', about.facts);
-  const missing = about.missing;
-  byId('missing').textContent = missing.length
-    ? `Surfaces are shown matte. Not shown: ${missing.join('; ')}.` : 'All surfaces are matte: nothing is left out.';
+  byId('missing').textContent = about.missing;
 }
 
 const press = (id, on) => byId(id).setAttribute('aria-pressed', String(on));
