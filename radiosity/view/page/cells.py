@@ -14,7 +14,8 @@ from radiosity.mesh.patches import Patches
 DEPTH = 5  # times that a patch is halved
 SIDE = 3 * 2 ** (DEPTH + 1)  # a triangle's centre has thirds of its corners' coordinates
 INWARD = 1e-3  # of the way to its centre, by which a point on the edge of a patch is moved in
-SAMPLES = 9  # of a cell: corner, middle, corner, middle, ..., centre; triangles repeat some
+ALL = np.arange(9)  # points of a cell: corner, middle, corner, middle, ..., centre
+FEW = ALL[::2]  # without the middles of edges
 SQUARE = SIDE * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 TRIANGLE = SIDE * np.array([[0, 0], [1, 0], [0, 1], [0, 1]])
 _QUARTERS = [[0, 1, 8, 7], [1, 2, 3, 8], [8, 3, 4, 5], [7, 8, 5, 6]]
@@ -49,8 +50,11 @@ class Cells:
         return np.all(self.corners[:, 3] == self.corners[:, 2], axis=1)
 
     def samples(self) -> np.ndarray:
-        """Return (n, SAMPLES, 2) the coordinates of each cell's points."""
-        c, found = self.corners, np.empty((len(self), SAMPLES, 2), int)
+        """Return (n, 9, 2) the coordinates of each cell's points, as `ALL` numbers them.
+
+        A triangle repeats some.
+        """
+        c, found = self.corners, np.empty((len(self), len(ALL), 2), int)
         found[:, 0:8:2] = c
         found[:, 1:8:2] = (c + np.roll(c, -1, axis=1)) // 2
         thirds = c[:, :3].sum(axis=1) // 3

@@ -9,6 +9,7 @@ from radiosity.scene.units import turn_between
 from radiosity.solve.solution import Solution
 from radiosity.view.camera import basis
 from radiosity.view.falsecolour import STEPS, Scale, round_up
+from radiosity.view.image import exposure_for
 from radiosity.view.page.gathered import PageMesh
 from radiosity.view.page.looks import looks_of, not_shown, picture_of
 from radiosity.view.page.packing import Packer, picture_url
@@ -30,7 +31,7 @@ def contents_of(
         "unit": scene.unit,
         "up": turn_between("y", scene.up)[:, 1].tolist(),
         "efficacy": EFFICACY,
-        "exposure": auto_exposure(solution) if exposure is None else exposure,
+        "exposure": _exposure(solution) if exposure is None else exposure,
         "most": round_up(_mostly(solution)),
         "map": Scale(STEPS).colours(np.arange(STEPS) + 0.5).tolist(),
         "groups": list(mesh.groups),
@@ -97,6 +98,18 @@ def _camera(camera: Camera) -> dict:
         "right": right.tolist(), "up": up.tolist(), "forward": forward.tolist(),
         "fov": camera.fov, "height": camera.height, "aspect": width / height,
     }  # fmt: skip
+
+
+def _exposure(solution) -> float:
+    """Return that of pictures, or less where surfaces that are shown matte would all be white."""
+    found, scene, patches = auto_exposure(solution), solution.scene, solution.patches
+    dark = solution.live & ~solution.emission.any(axis=1)
+    if not scene.sends_on or not dark.any():
+        return found
+    side, material = np.where(patches.front, 0, 1), scene.faces.material[patches.face]
+    sent = looks_of(scene).reflects[side, material] * solution.irradiance_on / np.pi
+    bright = np.maximum(scene.bands.luminance(sent[dark]), 0.0)
+    return min(found, exposure_for(bright, patches.area[dark])) if bright.any() else found
 
 
 def _mostly(solution) -> float:

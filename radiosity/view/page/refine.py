@@ -8,7 +8,9 @@ import numpy as np
 from radiosity.mesh.patches import Patches
 from radiosity.transport.threads import Progress
 from radiosity.view.page.cells import (
+    ALL,
     DEPTH,
+    FEW,
     Cells,
     numbered,
     patch_of,
@@ -57,13 +59,13 @@ class Light:
 class Seen:
     """The points that were looked at, by their numbers, and what was seen there."""
 
-    def __init__(self, patches: Patches, look: Look):
-        self.patches, self.look = patches, look
+    def __init__(self, patches: Patches, look: Look, chosen: np.ndarray = ALL):
+        self.patches, self.look, self.chosen = patches, look, chosen
         self.numbers, self.light = np.empty(0, np.int64), None
 
     def add(self, cells: Cells, progress: Progress) -> None:
         """Look at the points of cells that were not looked at before."""
-        wanted = np.setdiff1d(numbered(cells.patch[:, None], cells.samples()), self.numbers)
+        wanted = np.setdiff1d(self._numbers_of(cells), self.numbers)
         if not len(wanted):
             return
         found = self.look(patch_of(wanted), points_of(self.patches, wanted)[1], progress)
@@ -73,8 +75,11 @@ class Seen:
         self.light = (found if self.light is None else self.light.joined(found)).some(order)
 
     def at(self, cells: Cells) -> np.ndarray:
-        """Return (n, SAMPLES) where among the numbers the points of cells are."""
-        return np.searchsorted(self.numbers, numbered(cells.patch[:, None], cells.samples()))
+        """Return (n, chosen) where among the numbers the points of cells are."""
+        return np.searchsorted(self.numbers, self._numbers_of(cells))
+
+    def _numbers_of(self, cells):
+        return numbered(cells.patch[:, None], cells.samples()[:, self.chosen])
 
 
 def refined(
@@ -85,7 +90,8 @@ def refined(
     Parameters
     ----------
     which : (n,) int
-        The patches; each has its corners, the middles of its edges and its centre in any case.
+        The patches; each has its corners, the middles of its edges and its centre in any case, but
+        not the middles where they are too many for that.
     look : callable
         Returns the `Light` at points (k, 3) of patches (k,).
 
@@ -96,8 +102,11 @@ def refined(
     seen : Seen
         Their points.
     """
-    cells, seen, done = whole_patches(patches, which), Seen(patches, look), []
+    cells, done, many = whole_patches(patches, which), [], len(ALL) * len(which) > most
+    seen = Seen(patches, look, FEW if many else ALL)
     seen.add(cells, progress)
+    if many:
+        return cells, seen
     means, area = _means(cells, seen), cells.areas(patches)
     large = 2.0 * EVENLY * POINTS_A_CELL * area.sum() / max(most, 1)
     for _ in range(DEPTH):

@@ -46,7 +46,8 @@ def fans_of(patches: Patches, cells: Cells, seen: Seen, look: Look, progress) ->
     points = points_of(patches, numbers)[0]
     patch, place = patch_of(numbers), welded(points)
     first = np.unique(place, return_index=True)[1]
-    start, stop = at[:, :8].ravel(), np.roll(at[:, :8], -1, axis=1).ravel()
+    rim = at[:, :-1]
+    start, stop = rim.ravel(), np.roll(rim, -1, axis=1).ravel()
     edge, between = _on_edges(points[first], place[start], place[stop])
     owner = patch[start[edge]]
     between, more = _own(between, owner, place, patch, len(points))
@@ -55,7 +56,7 @@ def fans_of(patches: Patches, cells: Cells, seen: Seen, look: Look, progress) ->
         light = light.joined(look(more[1], moved_in(patches, more[1], points[first][more[0]]),
                                   progress))  # fmt: skip
     points = points[first][np.concatenate([place, more[0]])]
-    triangles = _fanned(points, start, stop, np.repeat(at[:, 8], 8), edge, between)
+    triangles = _fanned(points, start, stop, np.repeat(at[:, -1], rim.shape[1]), edge, between)
     return Fans(points, np.concatenate([patch, more[1]]), light, triangles)
 
 
