@@ -2,7 +2,6 @@
 
 import os
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -16,8 +15,8 @@ PAGES = sorted(DOCS.glob("*.md"))
 BIN = Path(sys.executable).parent
 BLOCK = re.compile(r"^```(sh|python|toml)\n(.*?)^```", re.S | re.M)
 SAVED = re.compile(r"[Ss]ave this as `([\w.]+)`")
-SMALL = {"render": "--size 24x24", "python": "--size 24"}  # of the gallery, whose pictures are large
-COARSE = {"glass_ball.toml": "--mesh 1 --order 0", "tradeoff": "--accuracy 0.1"}
+# What is added to the commands of the gallery, whose pictures are large.
+SMALL = {"render": "--size 24x24", "glass_ball": "--mesh 1 --order 0", "tradeoff": "--accuracy 0.1"}
 
 
 def steps(page):
@@ -35,10 +34,8 @@ def steps(page):
 
 def shortened(line):
     """Return a command of the gallery at a small size."""
-    words = shlex.split(line)
-    for told in (SMALL, COARSE):
-        words += [w for key, more in told.items() if key in line for w in more.split()]
-    return shlex.join(words)
+    added = [more for key, more in SMALL.items() if key in line]
+    return " ".join([line, *added])
 
 
 def run(command, folder):

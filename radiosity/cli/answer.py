@@ -41,7 +41,7 @@ SOLVED = (
 def pictured(
     solution, method: str, look, pictures: list[dict], seconds: float, page: str | None = None
 ) -> dict[str, Any]:
-    """Return what is told of pictures, or a page; by methods other than gather nothing is solved."""
+    """Return what is told of pictures, or of a page; only gather needs a solution."""
     scale = look.scale and {"maximum_cd_m2": look.scale.maximum, "decades": look.scale.decades}
     return {
         "scene": solution.scene.name,

@@ -143,4 +143,3 @@ def _write_page(solution, path, camera, exposure, quiet):
     with progress_bars(quiet) as progress:
         write_page(solution, path, camera=camera, exposure=exposure, progress=progress)
     remark(f"wrote {path}: {Path(path).stat().st_size / 1e6:.1f} MB, for any browser", quiet)
->>>>>>> page
