@@ -124,7 +124,7 @@ def test_what_falls_short_is_told_with_exit_code_1(told):
     ("words", "code", "said"),
     [
         (["solve", "none.toml"], 2, "none.toml: does not exist"),
-        (["solve", BOX, "--order", "x"], 2, "--order 'x' is not a whole number"),
+        (["solve", BOX, "--order", "x"], 2, "--order 'x' must be 0 (constant)"),
         (["fly", BOX], 2, "'fly' is no verb"),
         (["solve", CORNELL, "--memory", "1MB"], 3, "more than the"),
         (["tradeoff", BOX, "-o", "a.txt"], 2, "must end in .png"),

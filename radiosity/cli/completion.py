@@ -81,11 +81,11 @@ def _typed(ctx) -> list:
     """Return the scene that is typed, if there is one that can be read."""
     from radiosity.solve.load import load
 
-    path = ctx.params.get("scene")
-    if not path:
-        return []
+    # Where the last word is an option that lacks its value, arguments are left unread.
+    typed = [ctx.params.get("scene"), *ctx.args]
+    paths = [path for path in typed if path and path.lower().endswith(SCENES)]
     try:
-        given = load(path)
+        given = [load(path) for path in paths[:1]]
     except (ValueError, OSError, RuntimeError):
         return []
-    return [getattr(given, "scene", given)]
+    return [getattr(x, "scene", x) for x in given]

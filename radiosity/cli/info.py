@@ -49,7 +49,7 @@ def _solved(solution) -> list[str]:
         f"solved: {len(solution.patches)} patches, {kind} elements, {len(level.history)} "
         f"iterations of {level.solver}, seed {solution.seed}",
         f"error: {reached_line(solution)}",
-        f"dim: {', '.join(solution.groups) if solution.can_dim else 'too many groups of light'}",
+        f"dim: {', '.join(solution.groups) if solution.can_dim else 'too many light groups'}",
     ]
 
 

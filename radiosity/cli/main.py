@@ -22,18 +22,19 @@ from radiosity.cli.verb import WIDEST, Verb, Verbs
 from radiosity.cli.verify import verify
 from radiosity.cli.view import view
 
+SETTINGS = {"max_content_width": WIDEST, "help_option_names": ["-h", "--help"], "color": False}
 app = typer.Typer(
     name="radiosity",
     cls=Verbs,
     invoke_without_command=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    context_settings={"max_content_width": WIDEST},
+    context_settings=SETTINGS,
 )
 for verb in (
     view, solve, render, probe, report, plan, tradeoff, formfactors, verify, info, materials,
 ):  # fmt: skip
-    app.command(cls=Verb, context_settings={"max_content_width": WIDEST})(verb)
+    app.command(cls=Verb, context_settings=SETTINGS)(verb)
 
 
 @app.callback()
@@ -78,7 +79,7 @@ def run() -> None:
     """Run the command line; exit codes as documented (0, 1, 2, 3, 130)."""
     signal.signal(signal.SIGINT, _interrupt)
     try:
-        sys.exit(app(standalone_mode=False))
+        sys.exit(app(prog_name="radiosity", standalone_mode=False))
     except Interrupted:
         _stop("interrupted; nothing half-written is left", 130)
     except BrokenPipeError:

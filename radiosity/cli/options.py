@@ -2,6 +2,7 @@
 
 import os
 import re
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -35,6 +36,13 @@ def at_least(least: int):
         return int(text)
 
     return whole
+
+
+def order_of_elements(text: str) -> int:
+    """Return 0 or 1, or name what was typed."""
+    if text not in ("0", "1"):
+        raise typer.BadParameter(f"{text!r} must be 0 (constant) or 1 (linear elements)")
+    return int(text)
 
 
 SceneFile = Annotated[
@@ -72,7 +80,7 @@ Order = Annotated[
     typer.Option(
         "--order",
         metavar="0|1",
-        parser=at_least(0),
+        parser=order_of_elements,
         help="Constant (0) or linear (1) elements. If not given: 1 for --mesh auto unless that is "
         "too large, else 0.",
         autocompletion=completion.words("0", "1"),
@@ -162,7 +170,7 @@ Dim = Annotated[
     typer.Option(
         "--dim",
         metavar="NAME=FACTOR",
-        help="Scale a light group: 0 is off, 1 leaves it as it is. NAME is a group of lights, a "
+        help="Scale a light group: 0 is off. NAME is that of lights (as info tells it), of a "
         "material that emits, or ambient. Repeatable.",
         autocompletion=completion.light_groups,
         rich_help_panel=LIGHT,
@@ -264,6 +272,15 @@ def parse_dim(texts: list[str] | None) -> dict[str, float]:
             raise ValueError(f"--dim names {name!r} twice: give it one factor")
         found[name] = value
     return found
+
+
+def check_plot(option: str, path: str) -> None:
+    """Refuse a plot that could not be written."""
+    from radiosity.transport.files import check_place
+
+    if Path(path).suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise ValueError(f"{option} {path!r} must end in .png, .pdf or .svg")
+    check_place(path)
 
 
 def percent(share: float) -> str:

@@ -31,7 +31,7 @@ def plan(
     Examples
     --------
     radiosity plan scenes/cornell_box.toml
-    radiosity plan scenes/cornell_box.toml --accuracy 0.005 --json
+    radiosity plan scenes/cornell_box.toml --accuracy 0.01 --json
     """
     from radiosity.solve.forecast import plan as forecast_of
 

@@ -11,7 +11,6 @@ from radiosity.cli import options as o
 from radiosity.cli.answer import print_answer
 from radiosity.cli.progress import remark
 from radiosity.cli.session import Reading, load_scene
-from radiosity.cli.solve import check_plot
 
 HEAD = ("way", "asked", "patches", "time s", "factors MB", "estimated", "true error")
 WIDTHS = (26, 8, 9, 9, 12, 11, 12)
@@ -75,7 +74,7 @@ def tradeoff(
     if asked is None:
         asked = COMPARED if solvers else BEST
     target = output or f"{Path(scene).stem}_{'solvers' if solvers else 'tradeoff'}.png"
-    check_plot("-o", target)
+    o.check_plot("-o", target)
     if not 1e-3 <= asked <= 0.1:
         raise ValueError(
             f"--accuracy {asked:g} must lie in [0.001, 0.1] here: 0.01 measures from 10 % to 1 %"

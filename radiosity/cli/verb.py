@@ -1,10 +1,12 @@
 """How verbs look: their help in plain text, options in panels, examples as they are typed."""
 
 import re
+from textwrap import shorten
 
 from typer.core import TyperCommand, TyperGroup
 
 SECTION = re.compile(r"\n*^(Examples|Exit codes)\n-+\n", re.M)  # of a docstring
+LINE = 60  # letters of a help that stands in a line
 WIDEST = 100  # columns of help, where the terminal has them
 
 
@@ -15,9 +17,9 @@ class Verb(TyperCommand):
         """Return ``SCENE`` for what must be given and ``[POINTS.csv]`` for what may."""
         return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
 
-    def get_short_help_str(self, limit: int = 45) -> str:
-        """Return the first paragraph, whole."""
-        return " ".join(self.help.split("\n\n")[0].split()).rstrip(".")
+    def shell_complete(self, ctx, incomplete):
+        """Return what may follow, each with a help of one line: shells take more for more words."""
+        return in_a_line(super().shell_complete(ctx, incomplete))
 
     def format_help_text(self, ctx, formatter) -> None:
         """Write the docstring up to its first section."""
@@ -41,8 +43,8 @@ class Verbs(TyperGroup):
 
     def resolve_command(self, ctx, args):
         """Return the verb that is typed, or name the nearest."""
-        if args[0] not in self.commands:
-            from radiosity.scene.checks import nearest  # numpy takes a tenth of a second
+        if args[0] not in self.commands and not ctx.resilient_parsing:  # of completion
+            from radiosity.scene.names import nearest
 
             raise ValueError(f"{args[0]!r} is no verb: {nearest(args[0], self.commands)}")
         return super().resolve_command(ctx, args)
@@ -54,11 +56,27 @@ class Verbs(TyperGroup):
     def format_commands(self, ctx, formatter) -> None:
         """Write what each verb does, in a sentence."""
         with formatter.section("Verbs"):
-            formatter.write_dl([(n, c.get_short_help_str()) for n, c in self.commands.items()])
+            formatter.write_dl([(name, first(verb.help)) for name, verb in self.commands.items()])
+
+    def shell_complete(self, ctx, incomplete):
+        """Return the verbs that may be meant, each with a help of one line."""
+        return in_a_line(super().shell_complete(ctx, incomplete))
 
     def format_epilog(self, ctx, formatter) -> None:
         """Write the sections of the text as they stand there."""
         write_sections(self.help, formatter)
+
+
+def first(text: str) -> str:
+    """Return the first paragraph of a help, without its full stop."""
+    return " ".join(text.split("\n\n")[0].split()).rstrip(".")
+
+
+def in_a_line(items: list) -> list:
+    """Return what a shell offers, its help shortened to a line."""
+    for item in items:
+        item.help = item.help and shorten(item.help, LINE, placeholder=" ..")
+    return items
 
 
 def panels(command, ctx) -> dict[str, list[tuple[str, str]]]:

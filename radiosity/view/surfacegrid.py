@@ -6,6 +6,7 @@ import numpy as np
 
 from radiosity.mesh.faces import welded
 from radiosity.scene.model import Scene
+from radiosity.scene.names import UnknownName
 from radiosity.solve.solution import Solution
 from radiosity.view.pointgrid import PointGrid, cells, check_count, middles
 from radiosity.view.polydata import NONE, patches_at
@@ -90,10 +91,8 @@ def _named(scene: Scene, name):
     found = np.array([g == name for g in groups])[faces.group]
     found |= np.array([m == name for m in materials])[faces.material]
     if not found.any():
-        raise ValueError(
-            f"grid on {name!r}: no face has this group or material; groups are "
-            f"{', '.join(groups[:20])}; materials are {', '.join(materials[:20])}"
-        )
+        known = dict.fromkeys([*groups, *materials])
+        raise UnknownName("face group or material", name, known)
     return np.flatnonzero(found)
 
 
