@@ -244,7 +244,7 @@ def test_a_matrix_beyond_the_memory_is_refused_before_work(cube, tmp_path):
     [
         (["none.obj"], ["none.obj: does not exist"]),
         (["cube.obj", "--obstructions", "none.obj"], ["none.obj: does not exist"]),
-        (["cube.obj", "--accuracy", "2"], ["accuracy = 2 must lie in [1e-09, 0.5]"]),
+        (["cube.obj", "--accuracy", "2"], ["--accuracy 2 must lie in [1e-09, 0.5]"]),
         (["cube.obj", "--accuracy", "much"], ["'much' is not a number"]),
         (["cube.obj", "--mesh", "4"], ["--mesh does not apply", ".toml scene"]),
         (["cube.obj", "--ambient", "1"], ["--ambient does not apply"]),

@@ -67,6 +67,7 @@ def offered(folder, typed):
         ("radiosity probe scenes/office.toml --grid fl", ["floor"]),
         ("radiosity render scenes/broken.toml --camera ", [""]),
         ("radiosity render --camera ", [""]),
+        ("radiosity fly --h", ["--help"]),
     ],
 )
 def test_bash_offers(folder, typed, expected):

@@ -40,7 +40,7 @@ def refused(capsys, monkeypatch, tmp_path):
         (["fly"], "'fly' is no verb: known are view, solve"),
         (["--versoin"], "--versoin is no option of radiosity: did you mean --version?"),
         (["solve"], "SCENE is missing, see radiosity solve --help"),
-        (["render", BOX], "-o is missing: Picture"),
+        (["render", BOX], "-o/--output is missing: Picture"),
         (["solve", BOX, "more"], "unexpected extra argument(s) (more): see radiosity solve --help"),
         (["solve", BOX, "--acuracy", "1"], "--acuracy is no option of radiosity solve: did you "
          "mean --accuracy?"),

@@ -72,7 +72,7 @@ def test_outside_of_notebooks_there_is_none(solution, monkeypatch):
     display_available.cache_clear()
     with pytest.raises(RuntimeError, match="no window can be opened"):
         radiosity.plot(solution)
-    with pytest.raises(ValueError, match="camera = 'moon' is not in the scene"):
+    with pytest.raises(ValueError, match="no camera is called 'moon'"):
         radiosity.plot(solution, "moon", inline=True)
     with pytest.raises(ValueError, match="must be positive and finite"):
         radiosity.plot(solution, false_colour=-1, inline=True)

@@ -43,7 +43,8 @@ def _name(param) -> str:
     """Return an option as it may be typed, or the argument's name."""
     if param.param_type_name == "argument":
         return param.metavar.strip("[]")
-    return param.opts[0]
+    short = len(param.opts[0]) == 2
+    return "/".join(param.opts) if short else param.opts[0]
 
 
 def _what(param) -> str:

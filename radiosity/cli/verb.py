@@ -43,7 +43,7 @@ class Verbs(TyperGroup):
 
     def resolve_command(self, ctx, args):
         """Return the verb that is typed, or name the nearest."""
-        if args[0] not in self.commands:
+        if args[0] not in self.commands and not ctx.resilient_parsing:  # of completion
             from radiosity.scene.names import nearest
 
             raise ValueError(f"{args[0]!r} is no verb: {nearest(args[0], self.commands)}")

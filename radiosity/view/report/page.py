@@ -126,7 +126,7 @@ def _zones(figures) -> str:
     if grids:
         parts.append(_note(
             "Points lie in the middles of cells as EN 12464-1 wants them, unless a spacing was "
-            f"given{''.join(f'; {_cell(z, figures.unit)}' for z in figures.grids)}. Surfaces have "
+            f"given. {' '.join(f'{_cell(z, figures.unit)}.' for z in figures.grids)} Surfaces have "
             "no margin. U0 and Ud are of the points."
         ))  # fmt: skip
     if any(z.where is None for z in figures.surfaces):
