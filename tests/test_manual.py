@@ -16,7 +16,10 @@ BIN = Path(sys.executable).parent
 BLOCK = re.compile(r"^```(sh|python|toml)\n(.*?)^```", re.S | re.M)
 SAVED = re.compile(r"[Ss]ave this as `([\w.]+)`")
 # What is added to the commands of the gallery, whose pictures are large.
-SMALL = {"render": "--size 24x24", "glass_ball": "--mesh 1 --order 0", "tradeoff": "--accuracy 0.1 --size 24x24"}
+SMALL = {
+    "render": "--size 24x24", "glass_ball": "--mesh 1 --order 0",
+    "tradeoff": "--accuracy 0.1 --size 24x24",
+}  # fmt: skip
 
 
 def steps(page):
