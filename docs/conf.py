@@ -34,6 +34,8 @@ html_css_files = ["manual.css"]
 html_copy_source = False
 
 default_role = "py:obj"  # of `names` in docstrings
+smartquotes = False  # options begin with two dashes
+autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings give them, with shapes and units
 napoleon_google_docstring = False
