@@ -42,7 +42,7 @@ def test_the_two_first_commands_set_everything_up():
 
 @pytest.mark.parametrize("command", commands())
 def test_command(command, folder):
-    words = shlex.split(command)
+    words = shlex.split(command, comments=True)
     assert words[0].startswith(".venv/bin/")
     words[0] = str(BIN / words[0].removeprefix(".venv/bin/"))
     done = subprocess.run(
@@ -53,10 +53,8 @@ def test_command(command, folder):
     if words[1:] == ["verify"]:
         assert {line.split()[0] for line in done.stdout.splitlines()} >= set(SUITES)
     for option, value in zip(words, words[1:], strict=False):
-        if option == "-o":
-            stem, suffix = value.rsplit(".", 1)
-            made = list(folder.glob(f"{stem}-*.{suffix}")) if "--all" in words else [folder / value]
-            assert made and all(path.stat().st_size > 0 for path in made)
+        if option in ("-o", "--html"):
+            assert (folder / value).stat().st_size > 0
 
 
 def test_python_example(folder):
