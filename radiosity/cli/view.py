@@ -108,7 +108,7 @@ def _check_page(context, path):
                 f"--{option} does nothing to a page, which shows gathered light, turns and has "
                 "false colours of its own: leave it out beside --html"
             )
-    if Path(path).suffix.lower() not in (".html", ".htm"):
+    if Path(path).suffix.lower() != ".html":
         raise ValueError(f"--html {path!r}: a page's name must end in .html")
     check_place(path)
 
@@ -117,5 +117,6 @@ def _write_page(solution, path, camera, exposure, quiet, progress):
     """Write the page, and remark on its size."""
     from radiosity.view.page.page import write_page
 
-    write_page(solution, path, camera=camera, exposure=exposure.of(solution), progress=progress)
+    shown = {"exposure": exposure.value, "stops": exposure.stops}
+    write_page(solution, path, camera=camera, **shown, progress=progress)
     remark(f"wrote {path}: {Path(path).stat().st_size / 1e6:.1f} MB, for any browser", quiet)
