@@ -309,12 +309,12 @@ def manifest_file(path) -> str:
 
 def factors(folder) -> bytes:
     (folder / "box.obj").write_text(BOX)
-    radiosity.save_factors(radiosity.form_factors(str(folder / "box.obj"), 0.1), folder / "f.npz")
+    radiosity.form_factors(str(folder / "box.obj"), 0.1).save(folder / "f.npz")
     return (folder / "f.npz").read_bytes()
 
 
 def factors_file(path) -> str:
-    found = radiosity.load_factors(path).toarray()
+    found = radiosity.FormFactors.load(path).toarray()
     assert np.isfinite(found).all(), "not finite"
     return "right"
 

@@ -42,9 +42,11 @@ def row(name, browser, folder):
     probed = solution.irradiance(points, normals)[0]
     off = 100 * np.percentile(misses(solution, lux, probed), [50, 95, 99])
     drawn = min(browser.open(page) for _ in range(3))
-    errors = " | ".join(f"{x:.2f} %" for x in off)
-    counts = f"{len(solution.patches)} | {len(mesh.points)} | {page.stat().st_size / 1e3:.0f}"
-    return f"| {name} | {counts} | {seconds:.1f} | {drawn:.2f} | {errors} |"
+    cells = (
+        name, len(solution.patches), len(mesh.points), f"{page.stat().st_size / 1e3:.0f}",
+        f"{seconds:.1f}", f"{drawn:.2f}", *(f"{x:.2f} %" for x in off),
+    )  # fmt: skip
+    return f"| {' | '.join(map(str, cells))} |"
 
 
 def main():

@@ -30,18 +30,18 @@ _HOMES = {
     "Solution": "radiosity.solve.solution",
     "form_factors": "radiosity.solve.matrix",
     "load": "radiosity.solve.load",
-    "load_factors": "radiosity.transport.store",
-    "plot": "radiosity.view.window",
+    "plan": "radiosity.solve.forecast",
+    "plot": "radiosity.view.shown",
     "render": "radiosity.view.methods",
+    "report": "radiosity.view.report",
     "save": "radiosity.view.export",
-    "save_factors": "radiosity.transport.store",
     "to_pyvista": "radiosity.view.polydata",
     "write": "radiosity.view.image",
 }
 __all__ = [
     "Camera", "FormFactors", "Image", "Material", "NotClosable", "NotConverged", "Refused", "Scene",
-    "SceneError", "Solution", "form_factors", "load", "load_factors", "plot", "render",
-    "save", "save_factors", "solve", "to_pyvista", "write",
+    "SceneError", "Solution", "form_factors", "load", "plan", "plot", "render", "report", "save",
+    "solve", "to_pyvista", "write",
 ]  # fmt: skip
 
 

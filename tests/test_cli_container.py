@@ -48,7 +48,7 @@ def test_pictures_come_from_what_was_solved(room):
     [
         (("render", "room.radsol", "-o", "a.png", "--accuracy", "0.1", "--ambient", "1"),
          ("is solved, so --accuracy, --ambient cannot change it",)),
-        (("solve", FURNACE, "--dim", "sun=1"), ("no light is called 'sun'", "Groups of light are")),
+        (("solve", FURNACE, "--dim", "sun=1"), ("no light group is called 'sun'", "the scene has")),
     ],
 )  # fmt: skip
 def test_what_is_refused(room, asked, words):

@@ -35,8 +35,8 @@ def test_view_writes_the_picture_of_a_method(tmp_path):
     ("options", "words"),
     [
         (["--method", "trace"], ["--method 'trace'", "gather, raytrace, local"]),
-        (["--no-shadows"], ["--no-shadows belongs to --method local", "gather"]),
-        (["--method", "raytrace", "--no-shadows"], ["raytrace always models"]),
+        (["--no-shadows"], ["leave out the shadows", '"gather" always models them']),
+        (["--method", "raytrace", "--no-shadows"], ['"raytrace" always models']),
         (["--method", "local", "--mesh", "4"], ["--mesh belongs to --method gather"]),
         (["--method", "local", "--solver", "gmres"], ["--solver belongs to"]),
         (["--method", "raytrace", "--time", "3s"], ["--time belongs to"]),

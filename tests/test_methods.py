@@ -20,6 +20,7 @@ from radiosity.solve.methods import (
     jacobi,
     southwell,
 )
+from radiosity.solve.plan import SOLVER_NAMES
 from radiosity.solve.solve import solve
 from radiosity.transport.operator import FormFactors, Openness
 
@@ -258,3 +259,8 @@ def test_cg_refuses_factors_that_are_not_symmetric():
     system = even_room(5, 0.5)
     with pytest.raises(ValueError, match="needs reciprocal factors: use order 0, or gmres"):
         cg(replace(system, factors=aslinearoperator(system.factors.toarray())), 1e-6)
+
+
+def test_the_names_that_plans_know_are_those_of_the_solvers():
+    """Plans are made without loading them."""
+    assert tuple(SOLVERS) == SOLVER_NAMES

@@ -141,9 +141,11 @@ def test_view_writes_a_page(tmp_path, two_lamps):
     assert done.returncode == 0 and "wrote out.html: 0." in done.stderr
     text = (tmp_path / "out.html").read_text(encoding="utf-8")
     assert json.loads(Elements(text).scripts[0][1])["exposure"] == 0.25
-    text = page_of(two_lamps, gathered_mesh(two_lamps, most=0), stops=-1.0)
-    exposure = json.loads(Elements(text).scripts[0][1])["exposure"]
-    assert exposure == pytest.approx(auto_exposure(two_lamps) / 2)
+    place = tmp_path / "room.radsol"
+    radiosity.save(two_lamps, place)
+    assert run("view", place, "--html", "b.html", "--exposure", "auto-1", cwd=tmp_path).stderr
+    about = json.loads(Elements((tmp_path / "b.html").read_text("utf-8")).scripts[0][1])
+    assert about["exposure"] == pytest.approx(auto_exposure(two_lamps) / 2)
 
 
 @pytest.mark.parametrize(

@@ -294,6 +294,9 @@ def test_views_that_are_shifted_or_too_many_are_told():
         "of 101 views of the .vf file 100 are read",
         "100 views of the .vf file are shifted or lifted (-vs, -vl): not read",
     ]
+    assert read_views(view.replace("-vs 0.5", "-vs 0 -vo 0 -va 2"))[1] == [
+        "1 views of the .vf file are clipped in front or behind (-vo, -va): not read"
+    ]
 
 
 @pytest.mark.parametrize(("unit", "metre"), [("m", 1.0), ("mm", 0.001)])

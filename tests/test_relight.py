@@ -174,7 +174,7 @@ def test_names_of_groups():
     ("factors", "words"),
     [
         ({"lamp": 1.0}, "did you mean 'lamps'"),
-        ({"sun": 1.0}, "Groups of light are 'lamps', 'light', 'ambient'"),
+        ({"sun": 1.0}, "the scene has 'lamps', 'light', 'ambient'"),
         ({"lamps": -1.0}, "-1, must lie in [0, 1e+06]"),
         ({"lamps": float("nan")}, "nan, must lie in"),
     ],
@@ -190,7 +190,7 @@ def test_too_many_groups_are_refused():
     lights = tuple(Point(np.full(3, 0.1 + 0.02 * k), np.ones(3)) for k in range(40))
     solution = solve(scene(box((0, 0, 0), (2, 2, 2)), 0.5, lights=lights), 0.5, mesh="1")
     assert not solution.can_dim
-    with pytest.raises(ValueError, match='40 groups of light .* group = "lamps"'):
+    with pytest.raises(ValueError, match='40 light groups .* group = "lamps"'):
         solution.dimmed({"point 1": 0.5})
 
 

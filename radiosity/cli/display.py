@@ -2,9 +2,12 @@
 
 import re
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+
+from radiosity.cli import completion
+from radiosity.cli.options import PICTURE, with_point
 
 _STEP = 2.0  # a stop
 
@@ -43,6 +46,20 @@ class FalseColours:
         return Scale(round_up(most), decades)
 
 
+@dataclass(frozen=True)
+class Look:
+    """How pictures are shown: exposure, gamma if not that of sRGB, `Scale` of false colours."""
+
+    exposure: float
+    gamma: float | None
+    scale: Any
+
+    @classmethod
+    def of(cls, solution, asked: Exposure, colours: FalseColours | None, gamma=None) -> "Look":
+        """Return the look of all views of a solution."""
+        return cls(asked.of(solution), gamma, colours and colours.of(solution))
+
+
 def _white(solution):
     """Return the luminance in cd/m2 that the automatic exposure shows as white."""
     from radiosity.light.photometry import EFFICACY
@@ -73,7 +90,7 @@ def exposure(text: str) -> Exposure:
     if abs(found.stops) > 100.0 or (found.value is not None and not 0 < found.value < 1e30):
         raise typer.BadParameter(
             f"{text!r} must be auto, auto+1 or auto-1 (stops), or a positive display value per "
-            "radiance, such as 0.05"
+            f"radiance, such as 0.05{with_point(text)}"
         )
     return found
 
@@ -91,7 +108,7 @@ def false_colours(text: str) -> FalseColours:
     if not 0 < maximum < 1e30:
         raise typer.BadParameter(
             f"{text!r} must be auto, log, or the luminance in cd/m2 at the scale's end, such as "
-            "500 or log:500"
+            f"500 or log:500{with_point(text)}"
         )
     return FalseColours(logarithmic, maximum)
 
@@ -118,6 +135,8 @@ ExposureOption = Annotated[
         metavar="auto|auto+STOPS|VALUE",
         parser=exposure,
         help="Display value per radiance, one for all views of a solution; a stop is a factor 2.",
+        autocompletion=completion.words("auto", "auto+1", "auto-1"),
+        rich_help_panel=PICTURE,
     ),
 ]
 FalseColourOption = Annotated[
@@ -128,5 +147,7 @@ FalseColourOption = Annotated[
         metavar="auto|MAX|log|log:MAX",
         parser=false_colours,
         help="Luminance in false colours with a scale up to MAX cd/m2, linear or of 3 decades.",
+        autocompletion=completion.words("auto", "log"),
+        rich_help_panel=PICTURE,
     ),
 ]

@@ -6,7 +6,9 @@ from typing import Annotated, Any
 
 import typer
 
+from radiosity.cli import completion
 from radiosity.cli import options as o
+from radiosity.cli.answer import print_answer
 from radiosity.cli.progress import progress_bars, remark
 from radiosity.cli.session import Reading, load_scene
 
@@ -44,54 +46,92 @@ def formfactors(
         typer.Argument(
             metavar="MESH",
             help="Mesh file (.obj, .ply, .stl, .glb, .gltf, .rad), or scene file (.toml).",
+            autocompletion=completion.files(".toml", *completion.MESHES),
         ),
     ],
     output: Annotated[
         str | None,
-        typer.Option("-o", "--output", help="Save here; without it only the summary is printed."),
+        typer.Option(
+            "-o", "--output", metavar="FILE",
+            help="Save here; if not given, only the summary is printed.",
+            autocompletion=completion.files(".npz", ".csv", ".out", ".vf", ".txt"),
+            rich_help_panel=o.OUTPUT,
+        ),
     ] = None,
+    format: Annotated[
+        str | None,
+        typer.Option(
+            "--format", metavar="npz|csv|view3d",
+            help="Of the file; if not given, by its suffix (.npz; .csv; .out, .vf, .txt: View3D).",
+            autocompletion=completion.words("npz", "csv", "view3d"),
+            rich_help_panel=o.OUTPUT,
+        ),
+    ] = None,
+    by_group: Annotated[
+        bool,
+        typer.Option(
+            "--by-group",
+            help="Factors between the file's face groups, not its faces.",
+            rich_help_panel=o.OUTPUT,
+        ),
+    ] = False,
+    as_json: o.Json = False,
     accuracy: Annotated[
         float | None,
         typer.Option(
             "--accuracy",
             metavar="EPS",
             parser=o.number,
-            help="Bound of the summed errors in each row: 0.001; for a scene 0.02, as in solve.",
+            help="Bound of the summed errors in each row; if not given, 0.001 (of a scene 0.02, as "
+            "in solve).",
+            rich_help_panel=o.SOLVING,
+        ),
+    ] = None,
+    mesh: Annotated[
+        str | None,
+        typer.Option(
+            "--mesh", metavar="auto|input|N", help="Patches of a scene, as in solve.",
+            autocompletion=completion.words("auto", "input"),
+            rich_help_panel=o.SOLVING,
         ),
     ] = None,
     obstructions: Annotated[
         str | None,
-        typer.Option(metavar="FILE", help="Mesh file whose faces block but are no rows."),
+        typer.Option(
+            metavar="FILE", help="Mesh file whose faces block but are no rows.",
+            autocompletion=completion.files(*completion.MESHES),
+            rich_help_panel=o.SOLVING,
+        ),
     ] = None,
     two_sided: Annotated[
-        bool, typer.Option("--two-sided", help="Backs are rows too, after all fronts.")
+        bool,
+        typer.Option(
+            "--two-sided", help="Backs are rows too, after all fronts.", rich_help_panel=o.SOLVING
+        ),
     ] = False,
-    format: Annotated[
-        str | None,
-        typer.Option("--format", metavar="npz|csv|view3d", help="By the suffix if not given."),
-    ] = None,
     raw: Annotated[
-        bool, typer.Option("--raw", help="As computed, without closing the rows.")
+        bool,
+        typer.Option(
+            "--raw", help="As computed, without closing the rows.", rich_help_panel=o.SOLVING
+        ),
     ] = False,
-    by_group: Annotated[
-        bool, typer.Option("--by-group", help="Factors between the file's groups, not its faces.")
-    ] = False,
-    mesh: Annotated[
-        str | None,
-        typer.Option("--mesh", metavar="auto|input|N", help="Patches of a scene, as in solve."),
-    ] = None,
+    seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
     memory: o.Memory = None,
-    seed: o.Seed = 0,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
-    as_json: o.Json = False,
 ) -> None:
-    """Form factors between the faces of a mesh, or the patches of a scene.
+    """Compute the form factors between the faces of a mesh, or between the patches of a scene.
 
+    Printed are how well the rows close, how reciprocal they are, and the error that was reached.
     Those of a scene are what solve --factors reuses when colours or lamps change.
 
-    Example: radiosity formfactors room.obj -o F.npz
+    Examples
+    --------
+    radiosity formfactors scenes/cornell_box.obj -o F.npz
+    radiosity formfactors scenes/cornell_box.obj --by-group
+    radiosity formfactors scenes/cornell_box.toml --mesh 4 -o scene.npz
+    radiosity solve scenes/cornell_box.toml --mesh 4 --factors scene.npz
     """
     import time
 
@@ -119,10 +159,11 @@ def formfactors(
         facts |= {"groups": found.names, "group_factors": factors.toarray().tolist(),
                   "group_openness": factors.openness.share.tolist()}  # fmt: skip
     if output:
-        from radiosity.transport.store import save_factors
-
-        save_factors(factors, output, kind)
-    print(_as_json(facts, output) if as_json else summary(facts))
+        factors.save(output, kind)
+    if as_json:
+        print_answer({**facts, "output": output, "written": [output] if output else []})
+    else:
+        print(summary(facts))
     if output:
         remark(f"saved {output}", quiet)
     if output and kind == "view3d" and facts["absorbed_max"]:
@@ -242,12 +283,6 @@ def _unexplained(f):
     import numpy as np
 
     return np.abs(f.raw_closure) - 3.0 * f.openness.error
-
-
-def _as_json(facts, output) -> str:
-    import json
-
-    return json.dumps(facts | {"output": output})
 
 
 def summary(facts: dict) -> str:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from radiosity.cli import completion
 from radiosity.cli import options as o
 
 GridOption = Annotated[
@@ -12,23 +13,33 @@ GridOption = Annotated[
     typer.Option(
         "--grid",
         metavar="HEIGHT|NAME",
-        help="Instead of POINTS: a horizontal plane, or all faces of a group or material.",
+        help="Instead of POINTS: a horizontal plane at HEIGHT, or all faces of the face group or "
+        "material NAME.",
+        autocompletion=completion.surfaces,
+        rich_help_panel=o.POINTS,
     ),
 ]
 SpacingOption = Annotated[
     float | None,
     typer.Option(
-        "--spacing", metavar="D", parser=o.number,
-        help="Most that the cells of --grid measure, in scene units; as EN 12464-1 by default.",
+        "--spacing",
+        metavar="D",
+        parser=o.number,
+        help="Largest cell of --grid, in scene units; if not given, as EN 12464-1 asks.",
+        rich_help_panel=o.POINTS,
     ),
-]  # fmt: skip
+]
 MarginOption = Annotated[
     float | None,
     typer.Option(
-        "--margin", metavar="D", parser=o.number,
-        help="Band along walls (of NAME: along its edges, 0) that --grid leaves out, scene units.",
+        "--margin",
+        metavar="D",
+        parser=o.number,
+        help="Band that --grid leaves out, in scene units: along walls (if not given, as "
+        "EN 12464-1 asks), or along the edges of NAME (if not given, 0).",
+        rich_help_panel=o.POINTS,
     ),
-]  # fmt: skip
+]
 
 
 def check_grid(points, grid, spacing, margin) -> None:
@@ -40,41 +51,22 @@ def check_grid(points, grid, spacing, margin) -> None:
             "POINTS.csv is missing: give a file (- for stdin), or --grid HEIGHT to have the points "
             "of a work plane made"
         )
+    if grid is not None:
+        check_point(grid)
     if grid is None and not (spacing is None and margin is None):
         given = "--spacing" if spacing is not None else "--margin"
         raise ValueError(f"{given} is for --grid: the points of {points} are as they are")
 
 
-def check_grid_in(scene, grid: str | None, spacing, margin) -> None:
-    """Refuse a grid that does not fit a scene, before anything is solved."""
-    from radiosity.view.surfacegrid import surface_cells
-    from radiosity.view.workplane import plane_cells
-
-    if grid is None:
+def check_point(grid: str) -> None:
+    """Refuse a height with a decimal comma."""
+    if "," not in grid:
         return
-    height = _height(grid)
-    if height is None:
-        surface_cells(scene, grid, spacing, margin or 0.0)
-    else:
-        plane_cells(scene, height, spacing, margin)
-
-
-def make_grid(solution, grid: str, spacing: float | None, margin: float | None):
-    """Return the points of a plane where ``grid`` is a number, otherwise of what has that name."""
-    from radiosity.view.surfacegrid import surface_grid
-    from radiosity.view.workplane import plane_grid
-
-    height = _height(grid)
-    if height is None:
-        return surface_grid(solution, grid, spacing, margin or 0.0)
-    return plane_grid(solution, height, spacing, margin)
-
-
-def _height(grid):
     try:
-        return float(grid)
+        float(grid.replace(",", "."))
     except ValueError:
-        return None
+        return
+    raise ValueError(f"--grid {grid!r} is not a height{o.with_point(grid)}")
 
 
 def summary(grid, found, unit: str) -> str:
@@ -99,11 +91,7 @@ def _row(name, value, error):
 
 
 def as_dict(grid, found, unit: str) -> dict:
-    """Return what `summary` tells, for JSON; numbers that do not exist are null."""
-    told = {
-        name: None if value != value else value
-        for name, value in asdict(found).items()
-    }
+    """Return what `summary` tells, for JSON."""
     return {
         "grid": {
             "points": len(grid.points),
@@ -112,5 +100,5 @@ def as_dict(grid, found, unit: str) -> dict:
             "margin": grid.margin,
             "unit": unit,
         },
-        "illuminance_lx": told,
+        "illuminance_lx": asdict(found),
     }

@@ -7,9 +7,14 @@ from radiosity.cli.session import scene_of
 
 
 def materials(scene: o.SceneFile, as_json: o.Json = False) -> None:
-    """Print what each material was read as, as tables for a scene file.
+    """Print what each material of the files was read as, as tables for a scene file.
 
-    Example: radiosity materials room.glb
+    Beside each stands where it comes from. With --json an object of the materials by their names.
+
+    Examples
+    --------
+    radiosity materials scenes/cornell_box.obj
+    radiosity materials scenes/cornell_box.obj --json
     """
     from radiosity.solve.load import load
 

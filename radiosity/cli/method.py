@@ -4,7 +4,8 @@ from typing import Annotated
 
 import typer
 
-from radiosity.cli.options import use_threads
+from radiosity.cli import completion
+from radiosity.cli.options import PICTURE, use_threads
 from radiosity.cli.session import Asked, scene_of, solve_scene
 
 MethodOption = Annotated[
@@ -12,11 +13,19 @@ MethodOption = Annotated[
     typer.Option(
         "--method",
         metavar="gather|raytrace|local",
-        help="All light, or only along mirrored and refracted lines, or local shading.",
+        help="All light (gather), light along mirrored and refracted lines only (raytrace), or "
+        "local shading.",
+        autocompletion=completion.words("gather", "raytrace", "local"),
+        rich_help_panel=PICTURE,
     ),
 ]
 ShadowsOption = Annotated[
-    bool, typer.Option("--shadows/--no-shadows", help="Of lights, for --method local.")
+    bool,
+    typer.Option(
+        "--shadows/--no-shadows",
+        help="Whether lights cast shadows; without, for --method local.",
+        rich_help_panel=PICTURE,
+    ),
 ]
 
 
@@ -27,12 +36,7 @@ def check_method(method: str, shadows: bool, asked: Asked) -> None:
     """
     from radiosity.view import methods
 
-    if method not in methods.METHODS:
-        raise ValueError(f"--method {method!r} must be one of {', '.join(methods.METHODS)}")
-    if not shadows and method != "local":
-        raise ValueError(
-            f"--no-shadows belongs to --method local: {method} always models the shadows of lights"
-        )
+    methods.check_method(method, shadows)
     given = {
         "--mesh": asked.mesh != "auto", "--order": asked.order is not None,
         "--solver": asked.solver != "gauss-seidel", "--force": asked.force,

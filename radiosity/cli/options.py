@@ -2,9 +2,21 @@
 
 import os
 import re
+from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from radiosity.cli import completion
+
+# Panels of the help.
+OUTPUT, PICTURE, POINTS = "Output", "Camera and picture", "Points"
+SOLVING, LIGHT, READING = "Accuracy and solving", "Light", "Reading the scene"
+
+
+def with_point(text: str) -> str:
+    """Return a hint where a number was typed with a comma, "" otherwise."""
+    return f": write {text.replace(',', '.')}" if re.fullmatch(r"\D*\d+,\d+\D*", text) else ""
 
 
 def number(text: str) -> float:
@@ -12,7 +24,7 @@ def number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a number") from None
+        raise typer.BadParameter(f"{text!r} is not a number{with_point(text)}") from None
 
 
 def at_least(least: int):
@@ -26,11 +38,20 @@ def at_least(least: int):
     return whole
 
 
+def order_of_elements(text: str) -> int:
+    """Return 0 or 1, or name what was typed."""
+    if text not in ("0", "1"):
+        raise typer.BadParameter(f"{text!r} must be 0 (constant) or 1 (linear elements)")
+    return int(text)
+
+
 SceneFile = Annotated[
     str,
     typer.Argument(
         metavar="SCENE",
-        help="Scene file: .toml, .glb, .gltf, .obj, .ply, .stl or .rad; or .radsol: solved.",
+        help="Scene file (.toml), bare geometry (.glb, .gltf, .obj, .ply, .stl, .rad) or a "
+        "solution (.radsol).",
+        autocompletion=completion.files(*completion.SCENES),
     ),
 ]
 Accuracy = Annotated[
@@ -39,7 +60,9 @@ Accuracy = Annotated[
         "--accuracy",
         metavar="EPS",
         parser=number,
-        help="Relative error to aim at; it chooses mesh, rays and solver tolerance. 0.02 is 2 %.",
+        help="Relative error to aim at, from 0.0001 to below 1: 0.02 is 2 %. It chooses mesh, rays "
+        "and solver tolerance.",
+        rich_help_panel=SOLVING,
     ),
 ]
 Mesh = Annotated[
@@ -48,6 +71,8 @@ Mesh = Annotated[
         "--mesh",
         metavar="auto|input|N",
         help="Patches: chosen for the accuracy, the file's faces as they are, or N x N a face.",
+        autocompletion=completion.words("auto", "input"),
+        rich_help_panel=SOLVING,
     ),
 ]
 Order = Annotated[
@@ -55,8 +80,11 @@ Order = Annotated[
     typer.Option(
         "--order",
         metavar="0|1",
-        parser=at_least(0),
-        help="Constant or linear elements; 1 for --mesh auto unless it is too large, else 0.",
+        parser=order_of_elements,
+        help="Constant (0) or linear (1) elements. If not given: 1 for --mesh auto unless that is "
+        "too large, else 0.",
+        autocompletion=completion.words("0", "1"),
+        rich_help_panel=SOLVING,
     ),
 ]
 Solver = Annotated[
@@ -64,7 +92,9 @@ Solver = Annotated[
     typer.Option(
         "--solver",
         metavar="NAME",
-        help="gauss-seidel, jacobi, southwell, gmres, cg (--order 0) or direct.",
+        help="gauss-seidel, jacobi, southwell, gmres, cg (for --order 0) or direct.",
+        autocompletion=completion.solvers,
+        rich_help_panel=SOLVING,
     ),
 ]
 Bands = Annotated[
@@ -72,32 +102,58 @@ Bands = Annotated[
     typer.Option(
         "--bands",
         metavar="auto|grey|rgb|spectral|N",
-        help="Colours: three bands, or wavelengths (N of them) where spectra are given; grey: one.",
+        help="Colours: one band (grey), three (rgb), or wavelengths (N of them) where spectra are "
+        "given.",
+        autocompletion=completion.words("auto", "grey", "rgb", "spectral"),
+        rich_help_panel=READING,
     ),
 ]
 Unit = Annotated[
     str | None,
     typer.Option(
-        "--unit", metavar="m|cm|mm|in|ft", help="Of a bare geometry file's lengths; metres if not."
+        "--unit",
+        metavar="m|cm|mm|in|ft",
+        help="Unit of length of a bare geometry file; if not given, metres.",
+        autocompletion=completion.words("m", "cm", "mm", "in", "ft"),
+        rich_help_panel=READING,
     ),
 ]
 Up = Annotated[
     str | None,
-    typer.Option("--up", metavar="x|y|z", help="Of a bare geometry file; z if not, y of glTF."),
+    typer.Option(
+        "--up",
+        metavar="x|y|z",
+        help="Axis that points up in a bare geometry file; if not given, z (y of glTF).",
+        autocompletion=completion.words("x", "y", "z"),
+        rich_help_panel=READING,
+    ),
 ]
 Force = Annotated[
-    bool, typer.Option("--force", help="Model everything, also what the scene does not require.")
+    bool,
+    typer.Option(
+        "--force",
+        help="Model everything, also what the scene does not require.",
+        rich_help_panel=SOLVING,
+    ),
 ]
 Time = Annotated[
     str | None,
     typer.Option(
         "--time",
         metavar="10s",
-        help="Stop by then: the best answer, with its error, in s, min or h.",
+        help="Instead of an accuracy: the best answer by then, with its error; in s, min or h.",
+        rich_help_panel=SOLVING,
     ),
 ]
 Seed = Annotated[
-    int, typer.Option("--seed", metavar="N", parser=at_least(0), help="Of all sample patterns.")
+    int,
+    typer.Option(
+        "--seed",
+        metavar="N",
+        parser=at_least(0),
+        help="Seed of all sample patterns.",
+        rich_help_panel=SOLVING,
+    ),
 ]
 Ambient = Annotated[
     float,
@@ -106,6 +162,7 @@ Ambient = Annotated[
         metavar="L",
         parser=number,
         help="Radiance in W/(m2 sr) that enters open scenes from all around.",
+        rich_help_panel=LIGHT,
     ),
 ]
 Dim = Annotated[
@@ -113,7 +170,10 @@ Dim = Annotated[
     typer.Option(
         "--dim",
         metavar="NAME=FACTOR",
-        help="Scale a group of light, a material that emits, or ambient: 0 is off. Repeatable.",
+        help="Scale a light group: 0 is off. NAME is that of lights (as info tells it), of a "
+        "material that emits, or ambient. Repeatable.",
+        autocompletion=completion.light_groups,
+        rich_help_panel=LIGHT,
     ),
 ]
 Memory = Annotated[
@@ -121,28 +181,52 @@ Memory = Annotated[
     typer.Option(
         "--memory",
         metavar="4GB",
-        help="Most memory to use beside the program's own 0.2 GB; half of what is free.",
+        help="Most memory to use beside the program's own 0.2 GB; if not given, half of what is "
+        "free.",
     ),
 ]
 Threads = Annotated[
     int | None,
     typer.Option(
-        "--threads", metavar="N", parser=at_least(1), help="Cores to use; all by default."
+        "--threads", metavar="N", parser=at_least(1), help="Cores to use; if not given, all."
     ),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no remarks on stderr.")]
-Json = Annotated[bool, typer.Option("--json", help="One machine-readable object on stdout.")]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", help="No progress bars and no remarks on stderr; errors remain.")
+]
+Json = Annotated[
+    bool,
+    typer.Option(
+        "--json",
+        help="Print one machine-readable object on stdout, as docs/json.md describes it.",
+        rich_help_panel=OUTPUT,
+    ),
+]
 CameraName = Annotated[
-    str | None, typer.Option("--camera", metavar="NAME", help="The scene's first by default.")
+    str | None,
+    typer.Option(
+        "--camera",
+        metavar="NAME",
+        help="Camera of the scene; if not given, its first.",
+        autocompletion=completion.cameras,
+        rich_help_panel=PICTURE,
+    ),
 ]
 Size = Annotated[
-    str | None, typer.Option("--size", metavar="WxH", help="Pixels; the camera's own by default.")
+    str | None,
+    typer.Option(
+        "--size",
+        metavar="WxH",
+        help="Width and height in pixels; if not given, the camera's own.",
+        rich_help_panel=PICTURE,
+    ),
 ]
 Samples = Annotated[
     int | None,
     typer.Option(
         "--samples", metavar="N", parser=at_least(1),
-        help="Rays over the hemisphere of each pixel, instead of as many as --accuracy asks for.",
+        help="Rays over the hemisphere of each pixel; if not given, as --accuracy asks.",
+        rich_help_panel=PICTURE,
     ),
 ]  # fmt: skip
 
@@ -168,7 +252,8 @@ def parse_memory(text: str | None) -> float | None:
     try:
         return float(match[1]) * 1000.0 ** " kmgt".index(match[2] or " ")
     except (TypeError, ValueError):
-        raise ValueError(f"--memory {text!r} must be a size such as 4GB or 500MB") from None
+        hint = with_point(text)
+        raise ValueError(f"--memory {text!r} must be a size such as 4GB or 500MB{hint}") from None
 
 
 def parse_dim(texts: list[str] | None) -> dict[str, float]:
@@ -181,11 +266,21 @@ def parse_dim(texts: list[str] | None) -> dict[str, float]:
         except ValueError:
             sign = ""
         if not sign or not name:
-            raise ValueError(f"--dim {text!r} must be NAME=FACTOR, such as lamps=0.5")
+            hint = with_point(factor)
+            raise ValueError(f"--dim {text!r} must be NAME=FACTOR, such as lamps=0.5{hint}")
         if name in found:
             raise ValueError(f"--dim names {name!r} twice: give it one factor")
         found[name] = value
     return found
+
+
+def check_plot(option: str, path: str) -> None:
+    """Refuse a plot that could not be written."""
+    from radiosity.transport.files import check_place
+
+    if Path(path).suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise ValueError(f"{option} {path!r} must end in .png, .pdf or .svg")
+    check_place(path)
 
 
 def percent(share: float) -> str:
@@ -201,7 +296,8 @@ def parse_time(text: str | None) -> float | None:
     unit = {"min": 60.0, "h": 3600.0}
     seconds = float(match[1]) * unit.get(match[2], 1.0) if match else 0.0
     if not 0.0 < seconds < float("inf"):
-        raise ValueError(f"--time {text!r} must be a time such as 10s, 2min or 1h")
+        hint = with_point(text)
+        raise ValueError(f"--time {text!r} must be a time such as 10s, 2min or 1h{hint}")
     return seconds
 
 

@@ -1,38 +1,47 @@
 """``radiosity plan``."""
 
+from dataclasses import asdict
+
 from radiosity.cli import options as o
+from radiosity.cli.answer import print_answer
 from radiosity.cli.session import Reading, load_scene
 
 
 def plan(
     scene: o.SceneFile,
+    as_json: o.Json = False,
     accuracy: o.Accuracy = 0.02,
-    bands: o.Bands = "auto",
-    unit: o.Unit = None,
-    up: o.Up = None,
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
-    ambient: o.Ambient = 0.0,
     force: o.Force = False,
+    ambient: o.Ambient = 0.0,
+    bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
-    as_json: o.Json = False,
 ) -> None:
-    """Say what a scene requires to be modelled, what is skipped, and the time and memory it takes.
+    """Say what a scene requires to be modelled, what is skipped and why, and what it will cost.
 
-    The first, coarse meshes are tried, of many faces a small share of the rays.
+    Printed are the decisions, each with its reason, and the patches, the time and the memory that
+    are expected. For that the first, coarse meshes are tried; of many faces, a small share of the
+    rays.
 
-    Example: radiosity plan scenes/cornell_box.toml --accuracy 0.01
+    Examples
+    --------
+    radiosity plan scenes/cornell_box.toml
+    radiosity plan scenes/cornell_box.toml --accuracy 0.01 --json
     """
+    from radiosity.solve.forecast import plan as forecast_of
+
     model = load_scene(scene, mesh, Reading(bands, ambient, unit, up), quiet, accuracy)
     o.use_threads(threads)
-    from radiosity.solve.plan import make_plan
-    from radiosity.solve.requirements import foresee
-
-    planned = make_plan(model, accuracy, mesh, order=order, solver=solver, force=force)
-    forecast = foresee(model, planned)
-    print(_as_json(forecast) if as_json else table(forecast, model.name))
+    forecast = forecast_of(model, accuracy, mesh=mesh, order=order, solver=solver, force=force)
+    if as_json:
+        print_answer(facts(forecast, model.name))
+    else:
+        print(table(forecast, model.name))
 
 
 def table(forecast, name: str) -> str:
@@ -51,16 +60,13 @@ def table(forecast, name: str) -> str:
     return "\n".join(lines)
 
 
-def _as_json(forecast) -> str:
-    import json
-    from dataclasses import asdict
-
-    return json.dumps(
-        {
-            "accuracy": forecast.plan.accuracy,
-            "requirements": [asdict(r) for r in forecast.requirements],
-            "patches": forecast.patches,
-            "seconds": forecast.seconds,
-            "memory_bytes": int(forecast.memory),
-        }
-    )
+def facts(forecast, name: str) -> dict:
+    """Return what `table` tells, for JSON."""
+    return {
+        "scene": name,
+        "accuracy": forecast.plan.accuracy,
+        "requirements": [asdict(r) for r in forecast.requirements],
+        "patches": int(forecast.patches),
+        "seconds": float(forecast.seconds),
+        "memory_bytes": int(forecast.memory),
+    }

@@ -1,10 +1,12 @@
 """``radiosity probe``."""
 
 import sys
+import time as clock
 from typing import Annotated
 
 import typer
 
+from radiosity.cli import answer, completion
 from radiosity.cli import options as o
 from radiosity.cli.given import load_given
 from radiosity.cli.grid import (
@@ -13,8 +15,6 @@ from radiosity.cli.grid import (
     SpacingOption,
     as_dict,
     check_grid,
-    check_grid_in,
-    make_grid,
     summary,
 )
 from radiosity.cli.progress import progress_bars, remark
@@ -28,56 +28,76 @@ def probe(
     scene: o.SceneFile,
     points: Annotated[
         str | None,
-        typer.Argument(metavar="[POINTS.csv]", help="Columns x,y,z,nx,ny,nz; - for stdin."),
+        typer.Argument(
+            metavar="[POINTS.csv]",
+            help="Points in scene units, and the side that receives: columns x,y,z,nx,ny,nz; - "
+            "for stdin.",
+            autocompletion=completion.files(".csv"),
+        ),
     ] = None,
     output: Annotated[
-        str | None, typer.Option("-o", "--output", help="Write .csv here instead of stdout.")
+        str | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE.csv", help="Write the table here instead of stdout.",
+            autocompletion=completion.files(".csv"),
+            rich_help_panel=o.OUTPUT,
+        ),
     ] = None,
+    as_json: o.Json = False,
     grid: GridOption = None,
     spacing: SpacingOption = None,
     margin: MarginOption = None,
     accuracy: o.Accuracy = 0.02,
-    bands: o.Bands = "auto",
-    unit: o.Unit = None,
-    up: o.Up = None,
+    time: o.Time = None,
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
     force: o.Force = False,
-    time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
     dim: o.Dim = None,
+    bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
     memory: o.Memory = None,
     threads: o.Threads = None,
-    as_json: o.Json = False,
     quiet: o.Quiet = False,
 ) -> None:
-    """Irradiance in W/m2 and illuminance in lx at points, in the scene's unit of length.
+    """Print irradiance in W/m2 and illuminance in lx at points or over a grid, with error bars.
 
-    With --grid also how even it is: mean, minimum, maximum and their ratios.
+    The table's columns are those of the points and E_r, E_g, E_b (W/m2), illuminance and its
+    estimated error (lx). With --grid also how even the light is: mean, minimum, maximum, ratios.
 
-    Example: radiosity probe scenes/lroom.toml --grid 0.75 -o light.csv
+    Examples
+    --------
+    radiosity probe scenes/cornell_box.toml scenes/cornell_box_reference/points.csv -o light.csv
+    radiosity probe scenes/lroom.toml --grid 0.75 -o plane.csv
+    radiosity probe scenes/lroom.toml --grid floor --spacing 0.5 --json
     """
     from radiosity.transport.files import check_place
 
+    begun = clock.perf_counter()
     check_grid(points, grid, spacing, margin)
     where = None if points is None else read_points(points)
     if output:
         check_place(output)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     given = load_given(context, scene, asked, Reading(bands, ambient, unit, up), dim)
-    model = scene_of(given)
-    check_grid_in(model, grid, spacing, margin)
+    from radiosity.view import grids  # loads much: what is mistyped is told before
+
+    if grid is not None:
+        grids.check_grid(scene_of(given), grid, spacing, margin)
     with progress_bars(quiet) as progress:
         goal = None if where is None else (where[:, :3], where[:, 3:])
         solution = solve_scene(given, asked, progress, goal=goal)
-        made = None if grid is None else make_grid(solution, grid, spacing, margin)
+        made = None if grid is None else grids.make_grid(solution, grid, spacing, margin)
         if made is not None:
             where = _rows(made)
         irradiance, error = solution.irradiance(where[:, :3], where[:, 3:], progress)
     remark(reached_line(solution), quiet)
-    _tell(solution, where, made, irradiance, error, output, as_json, quiet)
+    told = _tell(solution, where, made, irradiance, error, output, as_json, quiet)
+    if as_json:
+        answer.print_answer({**told, "seconds": clock.perf_counter() - begun})
     judge(solution, given)
 
 
@@ -88,8 +108,11 @@ def _rows(grid):
     return np.hstack([grid.points, grid.normals])
 
 
-def _tell(solution, where, grid, irradiance, error, output, as_json, quiet):
-    """Write the table to its file, or to stdout, and beside it what a grid comes to."""
+def _tell(solution, where, grid, irradiance, error, output, as_json, quiet) -> dict:
+    """Write the table to its file, or to stdout, and beside it what a grid comes to.
+
+    Returns what is told as JSON.
+    """
     from radiosity.light.photometry import illuminance
     from radiosity.transport.files import written_whole
     from radiosity.view.pointgrid import evenness
@@ -102,27 +125,27 @@ def _tell(solution, where, grid, irradiance, error, output, as_json, quiet):
         remark(f"wrote {output}", quiet)
     found = grid and evenness(illuminance(irradiance, scene.bands), illuminance(error, scene.bands))
     if as_json:
-        told = {} if grid is None else as_dict(grid, found, scene.unit)
-        print(_as_json(solution, told, text))
-        return
+        return _facts(solution, grid, found, text, output)
     if output is None:
         sys.stdout.write(text)
     if grid is not None:  # beside a table on stdout it is no part of it
         print(summary(grid, found, scene.unit), file=sys.stderr if output is None else sys.stdout)
+    return {}
 
 
-def _as_json(solution, told, text) -> str:
-    """Return one object: what was reached, what a grid comes to, and the rows of the table."""
+def _facts(solution, grid, found, text, output) -> dict:
+    """Return what was reached, what a grid comes to, and the rows of the table."""
     import csv
-    import json
 
     rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(text.splitlines())]
-    reached = {
+    even = {"grid": None, "illuminance_lx": None}
+    return {
         "scene": solution.scene.name,
-        "accuracy": solution.plan.accuracy,
-        "estimated_error": float(solution.estimate.reached),
+        **answer.solved(solution),
+        **(even if grid is None else as_dict(grid, found, solution.scene.unit)),
+        "points": rows,
+        "written": [] if output is None else [output],
     }
-    return json.dumps({**reached, **told, "points": rows})
 
 
 def read_points(path: str):

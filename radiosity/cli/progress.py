@@ -1,5 +1,6 @@
 """Progress bars with time left, and remarks; both on stderr."""
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,8 +10,12 @@ from radiosity.transport.threads import Progress, silent
 
 @contextmanager
 def progress_bars(quiet: bool) -> Iterator[Progress]:
-    """Yield a function ``(stage, done, total)`` that draws a bar a stage on a terminal."""
-    if quiet or not sys.stderr.isatty():
+    """Yield a function ``(stage, done, total)`` that draws a bar a stage on a terminal.
+
+    Not on one that cannot move its cursor (``TERM=dumb``); without colours where ``NO_COLOR`` is
+    set, which rich sees to.
+    """
+    if quiet or not sys.stderr.isatty() or os.environ.get("TERM") in ("dumb", "unknown"):
         yield silent
         return
     from rich.console import Console

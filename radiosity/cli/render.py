@@ -1,11 +1,13 @@
 """``radiosity render``."""
 
+import time as clock
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from radiosity.cli import answer, completion
 from radiosity.cli import display as d
 from radiosity.cli import options as o
 from radiosity.cli.given import load_given
@@ -13,6 +15,7 @@ from radiosity.cli.method import MethodOption, ShadowsOption, check_method, view
 from radiosity.cli.progress import progress_bars, remark
 from radiosity.cli.session import Asked, Reading, scene_of
 
+PICTURES = ".png", ".exr", ".hdr", ".npy"
 FORBIDDEN = '/\\<>:"|?*'  # in file names, here or on other systems
 
 
@@ -20,50 +23,69 @@ def render(
     context: typer.Context,
     scene: o.SceneFile,
     output: Annotated[
-        str, typer.Option("-o", "--output", help="Picture: .png, or linear .exr, .hdr, .npy.")
+        str,
+        typer.Option(
+            "-o", "--output", metavar="FILE",
+            help="Picture: .png for the eye, or .exr, .hdr, .npy with linear radiance.",
+            autocompletion=completion.files(*PICTURES),
+            rich_help_panel=o.OUTPUT,
+        ),
     ],
+    as_json: o.Json = False,
     camera: o.CameraName = None,
     all_cameras: Annotated[
         bool,
-        typer.Option("--all", help="Every camera, solved once: -o room.png is room-NAME.png each."),
+        typer.Option(
+            "--all",
+            help="Every camera, solved once: -o room.png is room-NAME.png each.",
+            rich_help_panel=o.PICTURE,
+        ),
     ] = False,
     size: o.Size = None,
     samples: o.Samples = None,
+    method: MethodOption = "gather",
+    shadows: ShadowsOption = True,
+    exposure: d.ExposureOption = "auto",
+    false_colour: d.FalseColourOption = None,
     gamma: Annotated[
         float | None,
         typer.Option(
-            "--gamma", metavar="G", parser=o.number, help="Of the screen, instead of sRGB: .png."
+            "--gamma", metavar="G", parser=o.number,
+            help="Exponent of the screen for .png; if not given, sRGB's curve.",
+            rich_help_panel=o.PICTURE,
         ),
     ] = None,
-    exposure: d.ExposureOption = "auto",
-    false_colour: d.FalseColourOption = None,
-    method: MethodOption = "gather",
-    shadows: ShadowsOption = True,
     accuracy: o.Accuracy = 0.02,
-    bands: o.Bands = "auto",
-    unit: o.Unit = None,
-    up: o.Up = None,
+    time: o.Time = None,
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
     force: o.Force = False,
-    time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
     dim: o.Dim = None,
+    bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
     memory: o.Memory = None,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
 ) -> None:
-    """Gather a camera's picture: soft shadows, interreflection and highlights, per pixel.
+    """Write a camera's picture: soft shadows, interreflection and highlights, gathered per pixel.
 
-    Example: radiosity render scenes/cornell_box.toml -o cornell.png --size 512x512
+    Told on stderr are the exposure, and the noise that is estimated to be left.
+
+    Examples
+    --------
+    radiosity render scenes/cornell_box.toml -o cornell.png --size 128x128
+    radiosity render scenes/lroom.toml --all --false-colour log:1000 -o lroom.png --size 64x64
+    radiosity render scenes/mirror_room.toml -o quick.png --size 96x96 --method raytrace
+    radiosity render scenes/office.toml -o dimmed.exr --dim desk=0.3 --size 64x64 --accuracy 0.1
     """
     from radiosity.transport.files import check_place
     from radiosity.view.gather import picture_size
-    from radiosity.view.gather import render as gather
-    from radiosity.view.image import write
 
+    begun = clock.perf_counter()
     d.check_display(output, exposure, gamma, false_colour)
     check_place(output)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
@@ -77,14 +99,29 @@ def render(
         check_place(path)
     with progress_bars(quiet) as progress:
         solution = view_by(method, shadows, given, asked, progress)
-    for chosen, path in views:
-        with progress_bars(quiet) as progress:
-            image = gather(solution, chosen, size=pixels, samples=samples, progress=progress)
-        image = replace(image, exposure=exposure.of(solution))
-        write(image, path, gamma, false_colour and false_colour.of(solution))
-        if image.outside and false_colour is None:
-            remark(f"note: {outside_line(image)}", quiet)
-        remark(f"wrote {path}{_told(path, image, false_colour)}{noise_words(image)}", quiet)
+    look = d.Look.of(solution, exposure, false_colour, gamma)
+    told = [
+        rendered(solution, chosen, path, pixels, samples, look, quiet) for chosen, path in views
+    ]
+    if as_json:
+        answer.print_answer(
+            answer.pictured(solution, method, look, told, clock.perf_counter() - begun)
+        )
+
+
+def rendered(solution, camera, path, size, samples, look, quiet) -> dict:
+    """Gather and write a camera's picture; return what is told of it."""
+    from radiosity.view.gather import render as gather
+    from radiosity.view.image import write
+
+    with progress_bars(quiet) as progress:
+        image = gather(solution, camera, size=size, samples=samples, progress=progress)
+    image = replace(image, exposure=look.exposure)
+    write(image, path, look.gamma, look.scale)
+    if image.outside and look.scale is None:
+        remark(f"note: {outside_line(image)}", quiet)
+    remark(f"wrote {path}{_told(path, image, look.scale)}{noise_words(image)}", quiet)
+    return answer.picture(camera, path, image)
 
 
 def _views(scene, camera, all_cameras, output) -> list:
@@ -121,9 +158,9 @@ def _check_names(names):
             )
 
 
-def _told(path, image, false_colour) -> str:
+def _told(path, image, scale) -> str:
     """Return the exposure of a picture for the eye, to be given again."""
-    if path.suffix.lower() != ".png" or false_colour is not None:
+    if path.suffix.lower() != ".png" or scale is not None:
         return ""
     return f", exposure {image.exposure:.4g}"
 

@@ -132,18 +132,22 @@ def budget_line(solution) -> str:
     return f"of it: {listed}; half the error takes about {HALVING:.0f} times as long"
 
 
+def falls_short(solution) -> bool:
+    """Whether a mesh that the program chose did not reach the accuracy."""
+    plan = solution.plan
+    return plan.adapts and plan.seconds is None and solution.estimate.reached > plan.accuracy
+
+
 def judge(solution, given=None) -> None:
     """End with exit code 1 where a mesh that the program chose did not reach the accuracy.
 
     But not where the solution was ``given``: nothing was asked for then.
     """
-    reached, plan = solution.estimate.reached, solution.plan
-    if solution is given:
-        return
-    if plan.adapts and plan.seconds is None and reached > plan.accuracy:
+    if solution is not given and falls_short(solution):
         remark(
-            f"radiosity: reached an estimated error of {100 * reached:.4g} %, more than the "
-            f"{percent(plan.accuracy)} asked, on the finest mesh that is made and fits: use a "
-            "larger --accuracy or, where memory is short, allow more with --memory"
+            f"radiosity: reached an estimated error of {100 * solution.estimate.reached:.4g} %, "
+            f"more than the {percent(solution.plan.accuracy)} asked, on the finest mesh that is "
+            "made and fits: use a larger --accuracy or, where memory is short, allow more with "
+            "--memory"
         )
         raise typer.Exit(1)

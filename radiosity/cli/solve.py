@@ -1,22 +1,19 @@
 """``radiosity solve``."""
 
+import time as clock
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from radiosity.cli import answer, completion
 from radiosity.cli import options as o
 from radiosity.cli.given import load_given
+from radiosity.cli.outcome import facts, summary
 from radiosity.cli.progress import progress_bars, remark
-from radiosity.cli.session import (
-    Asked,
-    Reading,
-    budget_line,
-    judge,
-    reached_line,
-    scene_of,
-    solve_scene,
-)
+from radiosity.cli.session import Asked, Reading, judge, solve_scene
+
+SUFFIXES = ".radsol", ".vtp", ".glb", ".csv", ".npz"
 
 
 def solve(
@@ -25,8 +22,10 @@ def solve(
     output: Annotated[
         str | None,
         typer.Option(
-            "-o", "--output",
+            "-o", "--output", metavar="FILE",
             help="Save to .radsol (all of it), .vtp (ParaView), .glb, .html (page), .csv or .npz.",
+            autocompletion=completion.files(*SUFFIXES),
+            rich_help_panel=o.OUTPUT,
         ),
     ] = None,
     lightmap: Annotated[
@@ -36,38 +35,79 @@ def solve(
             metavar="N",
             parser=o.at_least(1),
             help="Bake the light of a .glb into N x N texels, written beside it too.",
+            rich_help_panel=o.OUTPUT,
         ),
     ] = None,
+    history: Annotated[
+        str | None,
+        typer.Option(
+            "--history",
+            metavar="FILE",
+            help="Plot the solver's error bound after each iteration: .png, .pdf or .svg.",
+            rich_help_panel=o.OUTPUT,
+        ),
+    ] = None,
+    as_json: o.Json = False,
+    accuracy: o.Accuracy = 0.02,
+    time: o.Time = None,
+    mesh: o.Mesh = "auto",
+    order: o.Order = None,
+    solver: o.Solver = "gauss-seidel",
     factors: Annotated[
         str | None,
         typer.Option(
             "--factors",
             metavar="F.npz",
             help="Reuse what formfactors SCENE wrote, with the same --mesh and --accuracy.",
+            autocompletion=completion.files(".npz", ".out", ".vf", ".txt"),
+            rich_help_panel=o.SOLVING,
         ),
     ] = None,
-    accuracy: o.Accuracy = 0.02,
-    bands: o.Bands = "auto",
-    unit: o.Unit = None,
-    up: o.Up = None,
-    mesh: o.Mesh = "auto",
-    order: o.Order = None,
-    solver: o.Solver = "gauss-seidel",
     force: o.Force = False,
-    time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
     dim: o.Dim = None,
+    bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
     memory: o.Memory = None,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
 ) -> None:
-    """Solve a scene, print its power balance and save the result.
+    """Solve a scene, print its power balance and save the solution.
 
-    Example: radiosity solve scenes/cornell_box.toml -o cornell.vtp
+    Printed are the size of the mesh, the power that is emitted, absorbed and lost to the outside in
+    each band, and the error: what was asked, what is estimated to be reached, what it is made of.
+    A .radsol file keeps the solution whole, and every verb takes it in place of SCENE.
+
+    Examples
+    --------
+    radiosity solve scenes/cornell_box.toml -o cornell.radsol
+    radiosity solve scenes/cornell_box.toml --accuracy 0.01 -o cornell.vtp
+    radiosity solve scenes/cornell_box.toml --time 1s
+    radiosity solve scenes/cornell_box.toml --solver jacobi --history jacobi.png
     """
+    begun = clock.perf_counter()
+    _check_places(output, lightmap, history)
+    saved = _load(factors, memory)
+    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
+    given = load_given(context, scene, asked, Reading(bands, ambient, unit, up), dim)
+    with progress_bars(quiet) as progress:
+        solution = solve_scene(given, asked, progress, saved)
+    if not as_json:
+        print(summary(solution))
+    written = _write(solution, output, lightmap, history, quiet)
+    if as_json:
+        answer.print_answer({
+            **facts(solution), "seconds": clock.perf_counter() - begun, "written": written,
+        })  # fmt: skip
+    judge(solution, given)
+
+
+def _check_places(output, lightmap, history):
+    """Refuse files that could not be written, before anything is solved."""
     from radiosity.transport.files import check_place
-    from radiosity.view.export import check_suffix, save
+    from radiosity.view.export import check_suffix
 
     if output:
         check_suffix(output, lightmap)
@@ -79,22 +119,32 @@ def solve(
                 check_place(place)
     elif lightmap is not None:
         raise ValueError(f"--lightmap {lightmap} needs a file to write: add -o OUT.glb")
-    saved = _load(factors, memory)
-    asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
-    given = load_given(context, scene, asked, Reading(bands, ambient, unit, up), dim)
-    model = scene_of(given)
-    with progress_bars(quiet) as progress:
-        solution = solve_scene(given, asked, progress, saved)
-    print(summary(solution))
+    if history:
+        o.check_plot("--history", history)
+
+
+def _write(solution, output, lightmap, history, quiet) -> list[str]:
+    """Write the files that are asked for and return their names."""
+    from radiosity.view.export import save
+
+    written = []
     if output:
         with progress_bars(quiet) as progress:
             save(solution, output, lightmap=lightmap, progress=progress)
-        remark(f"saved {output}", quiet)
-    error = solution.truth_error()
-    if error is not None:
-        bound = model.truth.relative_tolerance
-        print(f"truth: relative error {error:.2e}, stated {bound:g} on mesh {model.truth.mesh}")
-    judge(solution, given)
+        written.append(output)
+        if lightmap is not None:
+            from radiosity.view.lightmap import beside
+
+            written += map(str, beside(Path(output)))
+    if history:
+        from radiosity.view.plot import plot_histories
+
+        histories = {solution.solver: solution.history}
+        plot_histories(histories, solution.scene.name, history, solution.level.recipe.tolerance)
+        written.append(history)
+    for path in written:
+        remark(f"saved {path}", quiet)
+    return written
 
 
 def _load(path, memory):
@@ -105,40 +155,8 @@ def _load(path, memory):
     if path is None:
         return None
     from radiosity.solve.plan import check_memory
-    from radiosity.transport.store import count_rows, load_factors
+    from radiosity.transport.operator import FormFactors
+    from radiosity.transport.store import count_rows
 
     check_memory(count_rows(path), o.parse_memory(memory))
-    return load_factors(path)
-
-
-def summary(solution) -> str:
-    """Return the size of the solution and its power balance as text."""
-    balance, patches = solution.balance, solution.patches
-    sealed = int((~solution.live[: patches.fronts] & ~patches.covered).sum())
-    rows = [
-        f"patches       {len(patches)} ({int(patches.covered.sum())} covered, {sealed} unlit)",
-        f"scene         {'closed' if solution.closed else 'open'}",
-        f"solver        {solution.solver}, {len(solution.history)} iterations, "
-        f"error bound {solution.history[-1]:.1e}",
-        *_power_rows(balance, solution.scene.bands),
-    ]
-    rows.append(f"  balanced within {balance.defect:.1e} of the power emitted")
-    rows.append(f"error         {reached_line(solution)}")
-    rows.append(f"  {budget_line(solution)}")
-    return "\n".join(rows)
-
-
-def _power_rows(balance, bands) -> list[str]:
-    """Return where the emitted power goes, a column a band; of wavelengths in lumens."""
-    from radiosity.light.photometry import photometric
-
-    rows = {name: getattr(balance, name) for name in ("emitted", "absorbed", "escaped")}
-    unit = "W"
-    heads = [{"r": "red", "g": "green", "b": "blue"}.get(name, name) for name in bands.names]
-    if bands.wavelengths is not None:
-        unit, heads = "lm", ["luminous"]
-        rows = {name: [photometric(power, bands)] for name, power in rows.items()}
-    head = f"power in {unit:2}" + "".join(f"{h:>14}" for h in heads)
-    return [head] + [
-        f"  {name:10}" + "".join(f"{v:14.6g}" for v in values) for name, values in rows.items()
-    ]
+    return FormFactors.load(path)

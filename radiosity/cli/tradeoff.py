@@ -1,11 +1,15 @@
 """``radiosity tradeoff``."""
 
+import time as clock
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from radiosity.cli import options as o
+from radiosity.cli.answer import print_answer
 from radiosity.cli.progress import remark
 from radiosity.cli.session import Reading, load_scene
 
@@ -13,72 +17,174 @@ HEAD = ("way", "asked", "patches", "time s", "factors MB", "estimated", "true er
 WIDTHS = (26, 8, 9, 9, 12, 11, 12)
 PICTURE_HEAD = ("picture by", "time s", "error, rms", "  file")
 PICTURE_WIDTHS = (26, 9, 12, 0)
+SOLVER_HEAD = ("solver", "iterations", "time s", "error bound")
+SOLVER_WIDTHS = (16, 12, 10, 13)
+BEST, COMPARED = 0.003, 0.02  # accuracies by default: the best measured, and of solvers
 
 
 def tradeoff(
     scene: o.SceneFile,
     output: Annotated[
         str | None,
-        typer.Option("-o", "--output", help="Plot; SCENE_tradeoff.png here if not given."),
-    ] = None,
-    accuracy: Annotated[
-        float,
         typer.Option(
-            "--accuracy", metavar="EPS", parser=o.number, help="The best that is asked: 0.001."
+            "-o", "--output", metavar="FILE",
+            help="Plot: .png, .pdf or .svg; if not given, SCENE_tradeoff.png (SCENE_solvers.png) "
+            "in this folder.",
+            rich_help_panel=o.OUTPUT,
         ),
-    ] = 0.003,
+    ] = None,
+    as_json: o.Json = False,
+    solvers: Annotated[
+        bool,
+        typer.Option(
+            "--solvers",
+            help="Instead: all solvers on one mesh of constant elements, with a plot of their "
+            "convergence. In one band, unless --bands says otherwise.",
+            rich_help_panel=o.SOLVING,
+        ),
+    ] = False,
+    accuracy: Annotated[
+        float | None,
+        typer.Option(
+            "--accuracy", metavar="EPS", parser=o.number,
+            help="The best that is asked, from 0.001 to 0.1; if not given, 0.003, or 0.02 with "
+            "--solvers.",
+            rich_help_panel=o.SOLVING,
+        ),
+    ] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(
+            "--size", metavar="WxH",
+            help="Pixels of the pictures compared; the camera's, at most 160 a side, by default.",
+            rich_help_panel=o.PICTURE,
+        ),
+    ] = None,
+    ambient: o.Ambient = 0.0,
     bands: o.Bands = "auto",
     unit: o.Unit = None,
     up: o.Up = None,
-    ambient: o.Ambient = 0.0,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
-    as_json: o.Json = False,
 ) -> None:
-    """Measure speed against accuracy on this machine: two tables, a log-log plot and pictures.
+    """Measure speed against accuracy on this machine: tables, a plot and pictures.
 
-    The true error is that against a solution far finer than the best that is asked. Pictures of the
-    first camera by --method gather, raytrace and local are written beside the plot.
+    Printed are time, memory, estimated and true error of accuracies from 10 % down to the best that
+    is asked, of kinds of elements, solvers and --force; the true error is that against a solution
+    far finer. Pictures of the first camera by --method gather, raytrace and local are written
+    beside the plot.
 
-    Example: radiosity tradeoff scenes/cornell_box.toml --accuracy 0.01
+    Examples
+    --------
+    radiosity tradeoff scenes/box6.toml --accuracy 0.05 --size 64x64
+    radiosity tradeoff scenes/box6.toml --solvers -o solvers.png
     """
-    from radiosity.transport.files import check_place
-
-    target = output or f"{Path(scene).stem}_tradeoff.png"
-    if Path(target).suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise ValueError(f"-o {target!r} must end in .png, .pdf or .svg")
-    check_place(target)
-    if not 1e-3 <= accuracy <= 0.1:
+    begun, asked = clock.perf_counter(), accuracy
+    if asked is None:
+        asked = COMPARED if solvers else BEST
+    target = output or f"{Path(scene).stem}_{'solvers' if solvers else 'tradeoff'}.png"
+    o.check_plot("-o", target)
+    pixels = _picture_size(size, solvers)
+    if not 1e-3 <= asked <= 0.1:
         raise ValueError(
-            f"--accuracy {accuracy:g} must lie in [0.001, 0.1] here: 0.01 measures from 10 % to 1 %"
+            f"--accuracy {asked:g} must lie in [0.001, 0.1] here: 0.01 measures from 10 % to 1 %"
         )
-    model = load_scene(scene, "auto", Reading(bands, ambient, unit, up), quiet, accuracy)
+    if solvers and bands == "auto":
+        bands = "grey"
+    model = load_scene(scene, "auto", Reading(bands, ambient, unit, up), quiet, asked)
     o.use_threads(threads)
-    from radiosity.solve.tradeoff import COMPARED, make_reference, trials
-    from radiosity.view.levels import picture_trials
+    measure = _compare_solvers if solvers else partial(_measure, pixels)
+    told = measure(model, asked, target, not as_json, quiet)
+    remark(f"wrote {target}", quiet)
+    if as_json:
+        seconds = clock.perf_counter() - begun
+        print_answer({
+            "scene": model.name, "accuracy": asked, **NOTHING, **told, "plot": target,
+            "seconds": seconds,
+        })  # fmt: skip
+
+
+def _picture_size(text, solvers):
+    """Return (w, h) of the pictures as typed, None for the default."""
+    if solvers and text is not None:
+        raise ValueError("--size is of pictures, and --solvers makes none: leave one of them out")
+    return o.parse_size(text)
+
+
+NOTHING = {"reference": None, "trials": [], "pictures": [], "solvers": []}
+
+
+def _measure(size, model, accuracy, target, shown, quiet) -> dict:
+    """Return trials and pictures, shown as they come; write plot and pictures."""
+    from radiosity.solve.tradeoff import make_reference, trials
     from radiosity.view.plot import plot_tradeoff
 
     reference = make_reference(model, accuracy)
     remark(f"reference: {o.percent(reference.estimated)} estimated for 95 % of it", quiet)
+    say = _say if shown else _keep_quiet
+    say(_line(HEAD, WIDTHS))
     found = []
-    if not as_json:
-        print(_line(HEAD, WIDTHS))
     for trial in trials(model, accuracy, reference):
         found.append(trial)
-        if not as_json:
-            print(row(trial), flush=True)
-    pictures, files = [], []
-    for trial in picture_trials(model, max(COMPARED, accuracy), reference.solution):
-        if not as_json and not pictures:
-            print(_line(PICTURE_HEAD, PICTURE_WIDTHS))
-        pictures.append(trial)
-        files.append(_written(trial, target))
-        if not as_json:
-            print(picture_row(trial, files[-1]), flush=True)
-    if as_json:
-        print(_as_json(found, reference, target, pictures, files))
+        say(row(trial))
+    pictures, told = _pictures(model, accuracy, reference, target, size, say)
     plot_tradeoff(found, model.name, target, pictures)
-    remark(f"wrote {target}", quiet)
+    return {
+        "reference": reference.estimated, "trials": [asdict(t) for t in found], "pictures": told,
+    }  # fmt: skip
+
+
+def _pictures(model, accuracy, reference, target, size, say):
+    """Return the trials of pictures, and what is told of them; write the pictures."""
+    from radiosity.solve.tradeoff import COMPARED
+    from radiosity.view.levels import picture_trials
+
+    pictures, told = [], []
+    say(_line(PICTURE_HEAD, PICTURE_WIDTHS))
+    coarse = max(COMPARED, accuracy)
+    for trial in picture_trials(model, coarse, reference.solution, size):
+        file = _written(trial, target)
+        pictures.append(trial)
+        told.append({
+            "way": trial.way, "seconds": trial.seconds, "error": trial.error, "file": file,
+        })  # fmt: skip
+        say(picture_row(trial, file))
+    return pictures, told
+
+
+def _compare_solvers(model, accuracy, target, shown, quiet) -> dict:
+    """Return all solvers on one mesh, shown as they come; write the plot."""
+    from radiosity.solve.solve import solve
+    from radiosity.solve.tradeoff import solver_trials
+    from radiosity.view.plot import plot_histories
+
+    solution = solve(model, accuracy, order=0)
+    say, found, count = _say if shown else _keep_quiet, [], len(solution.patches)
+    remark(f"solved {model.name}: {count} patches, constant elements", quiet)
+    say(_line(SOLVER_HEAD, SOLVER_WIDTHS))
+    for trial in solver_trials(solution):
+        found.append(trial)
+        say(solver_row(trial))
+    histories = {t.solver: t.history for t in found if t.solver != "direct"}  # does not iterate
+    plot_histories(histories, model.name, target, solution.level.recipe.tolerance)
+    told = [asdict(t) | {"patches": count, "iterations": len(t.history)} for t in found]
+    return {"solvers": told}
+
+
+def _say(line: str):
+    print(line, flush=True)
+
+
+def _keep_quiet(line: str):
+    """Say nothing: stdout is for the object."""
+
+
+def solver_row(trial) -> str:
+    """Return a solver's trial as one line of the table."""
+    cells = (
+        trial.solver, str(len(trial.history)), f"{trial.seconds:.3g}", f"{trial.history[-1]:.1e}",
+    )  # fmt: skip
+    return _line(cells, SOLVER_WIDTHS)
 
 
 def _written(trial, plot) -> str:
@@ -108,17 +214,3 @@ def row(trial) -> str:
         f"{trial.memory / 1e6:.3g}", o.percent(trial.estimated), o.percent(trial.error),
     )  # fmt: skip
     return _line(cells, WIDTHS)
-
-
-def _as_json(found, reference, plot, pictures, files) -> str:
-    import json
-    from dataclasses import asdict
-
-    shown = [
-        {"way": t.way, "seconds": t.seconds, "error": t.error, "file": file}
-        for t, file in zip(pictures, files, strict=True)
-    ]
-    return json.dumps({
-        "reference": reference.estimated, "trials": [asdict(t) for t in found],
-        "pictures": shown, "plot": plot,
-    })  # fmt: skip

@@ -1,39 +1,57 @@
 """``radiosity verify``."""
 
+from dataclasses import asdict
 from typing import Annotated
 
 import typer
 
+from radiosity.cli import completion
+from radiosity.cli import options as o
+from radiosity.cli.answer import print_answer
+
 
 def verify(
+    as_json: o.Json = False,
     suite: Annotated[
         list[str] | None,
         typer.Option(
             "--suite",
             metavar="NAME",
             help="elements, polygons, extremes, obstructed, curved, rooms, limits, cie171, "
-            "reflection or colour; all by default.",
+            "reflection or colour; if not given, all. Repeatable.",
+            autocompletion=completion.suites,
         ),
     ] = None,
 ) -> None:
-    """Compute the built-in closed-form cases; print expected, found, error and time.
+    """Compute the built-in closed-form cases; print expected, found, error and time of each.
 
-    Errors and bounds are relative, or absolute where marked. Exit code 1 where an error exceeds
+    Errors and bounds are relative, or absolute where marked abs. Exit code 1 where an error exceeds
     its bound.
+
+    Examples
+    --------
+    radiosity verify
+    radiosity verify --suite rooms --suite colour
     """
     import time
 
     from radiosity.solve.verification import SUITES, run_suites
 
-    begun, failed = time.perf_counter(), 0
+    begun, found = time.perf_counter(), []
     checks = run_suites(suite or list(SUITES))
-    heads = f"{'error':>10}{'bound':>10}{'':5}{'seconds':>9}"
-    print(f"{'suite':11}{'case':44}{'expected':>16}{'found':>16}{heads}")
+    if not as_json:
+        heads = f"{'error':>10}{'bound':>10}{'':5}{'seconds':>9}"
+        print(f"{'suite':11}{'case':44}{'expected':>16}{'found':>16}{heads}")
     for check in checks:
-        failed += not check.passed
-        print(_line(check), flush=True)
-    print(f"{failed} failed" if failed else "all within their bounds", end="")
-    print(f", {time.perf_counter() - begun:.1f} s")
+        found.append({**asdict(check), "passed": bool(check.passed)})
+        if not as_json:
+            print(_line(check), flush=True)
+    failed, seconds = sum(not check["passed"] for check in found), time.perf_counter() - begun
+    if as_json:
+        print_answer({"checks": found, "failed": failed, "seconds": seconds})
+    else:
+        print(f"{failed} failed" if failed else "all within their bounds", end="")
+        print(f", {seconds:.1f} s")
     if failed:
         raise typer.Exit(1)
 

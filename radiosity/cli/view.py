@@ -1,68 +1,84 @@
 """``radiosity view``."""
 
+import time as clock
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from radiosity.cli import answer, completion
 from radiosity.cli import display as d
 from radiosity.cli import options as o
 from radiosity.cli.given import load_given
 from radiosity.cli.method import MethodOption, ShadowsOption, check_method, view_by
 from radiosity.cli.progress import progress_bars, remark
+from radiosity.cli.render import rendered
 from radiosity.cli.session import Asked, Reading, scene_of
 
 
 def view(
     context: typer.Context,
     scene: o.SceneFile,
-    camera: o.CameraName = None,
-    size: o.Size = None,
     screenshot: Annotated[
         str | None,
-        typer.Option("--screenshot", help="Write the gathered picture here and open no window."),
+        typer.Option(
+            "--screenshot",
+            metavar="FILE",
+            help="Write the gathered picture here and open no window.",
+            autocompletion=completion.files(".png", ".exr", ".hdr", ".npy"),
+            rich_help_panel=o.OUTPUT,
+        ),
     ] = None,
     html: Annotated[
         str | None,
         typer.Option(
-            "--html", metavar="OUT.html",
+            "--html",
+            metavar="FILE.html",
             help="Write a page here that shows the solution in any browser, and open no window.",
+            autocompletion=completion.files(".html"),
+            rich_help_panel=o.OUTPUT,
         ),
     ] = None,
+    as_json: o.Json = False,
+    camera: o.CameraName = None,
+    size: o.Size = None,
     samples: o.Samples = None,
-    exposure: d.ExposureOption = "auto",
-    false_colour: d.FalseColourOption = None,
     method: MethodOption = "gather",
     shadows: ShadowsOption = True,
+    exposure: d.ExposureOption = "auto",
+    false_colour: d.FalseColourOption = None,
     accuracy: o.Accuracy = 0.02,
-    bands: o.Bands = "auto",
-    unit: o.Unit = None,
-    up: o.Up = None,
+    time: o.Time = None,
     mesh: o.Mesh = "auto",
     order: o.Order = None,
     solver: o.Solver = "gauss-seidel",
     force: o.Force = False,
-    time: o.Time = None,
     seed: o.Seed = 0,
     ambient: o.Ambient = 0.0,
     dim: o.Dim = None,
+    bands: o.Bands = "auto",
+    unit: o.Unit = None,
+    up: o.Up = None,
     memory: o.Memory = None,
     threads: o.Threads = None,
     quiet: o.Quiet = False,
 ) -> None:
     """Solve a scene and look at it in an interactive window, or write a page that shows it.
 
-    Without a display the gathered picture is written instead.
+    Without a display the gathered picture of the camera is written instead, as SCENE.png in this
+    folder if --screenshot does not name a file.
 
-    Example: radiosity view scenes/cornell_box.toml
+    Examples
+    --------
+    radiosity view scenes/cornell_box.toml
+    radiosity view scenes/lroom.toml --screenshot lroom.png --size 96x64 --false-colour auto
+    radiosity view scenes/box6.toml --accuracy 0.1 --html box6.html
     """
-    from radiosity.cli.render import noise_words
     from radiosity.transport.files import check_place
-    from radiosity.view.gather import find_camera, picture_size, render
-    from radiosity.view.image import write
-    from radiosity.view.window import display_available, show
+    from radiosity.view.gather import find_camera, picture_size
 
+    begun = clock.perf_counter()
     if html is not None:
         _check_page(context, html)
     target = screenshot or f"{Path(scene).stem}.png"
@@ -76,22 +92,30 @@ def view(
     model = scene_of(given)
     chosen = find_camera(model, camera)
     picture_size(chosen, pixels, model.bands)
-    shown = screenshot is None and html is None and display_available()
     with progress_bars(quiet) as progress:
         solution = view_by(method, shadows, given, asked, progress)
-        if html is not None:
-            _write_page(solution, html, chosen, exposure, quiet, progress)
-            return
-        if not shown:
-            image = render(solution, chosen, size=pixels, samples=samples, progress=progress)
-    scale = false_colour and false_colour.of(solution)
-    if shown:
-        show(solution, chosen, pixels, samples=samples, exposure=exposure.of(solution), scale=scale)
-        return
-    if screenshot is None:
-        remark("no display: the picture is gathered and written instead of shown", quiet)
-    write(replace(image, exposure=exposure.of(solution)), target, scale=scale)
-    remark(f"wrote {target}{noise_words(image)}", quiet)
+    look, told = d.Look.of(solution, exposure, false_colour), []
+    if html is not None:
+        look = replace(look, exposure=_write_page(solution, html, chosen, exposure, quiet))
+    elif screenshot is None and _opened(solution, chosen, pixels, samples, look):
+        pass
+    else:
+        if screenshot is None:
+            remark("no display: the picture is gathered and written instead of shown", quiet)
+        told.append(rendered(solution, chosen, Path(target), pixels, samples, look, quiet))
+    if as_json:
+        seconds = clock.perf_counter() - begun
+        answer.print_answer(answer.pictured(solution, method, look, told, seconds, html))
+
+
+def _opened(solution, camera, size, samples, look) -> bool:
+    """Show a window until it is closed; return False where none can be opened."""
+    from radiosity.view.window import display_available, show
+
+    if not display_available():
+        return False
+    show(solution, camera, size, samples=samples, exposure=look.exposure, scale=look.scale)
+    return True
 
 
 WINDOWS = "screenshot", "size", "samples", "false_colour", "method", "shadows"
@@ -113,10 +137,13 @@ def _check_page(context, path):
     check_place(path)
 
 
-def _write_page(solution, path, camera, exposure, quiet, progress):
-    """Write the page, and remark on its size."""
+def _write_page(solution, path, camera, exposure, quiet):
+    """Write the page, and remark on its size; return its exposure."""
+    from radiosity.view.page.contents import page_exposure
     from radiosity.view.page.page import write_page
 
-    shown = {"exposure": exposure.value, "stops": exposure.stops}
-    write_page(solution, path, camera=camera, **shown, progress=progress)
+    shown = exposure.value or page_exposure(solution) * 2.0**exposure.stops
+    with progress_bars(quiet) as progress:
+        write_page(solution, path, camera=camera, exposure=shown, progress=progress)
     remark(f"wrote {path}: {Path(path).stat().st_size / 1e6:.1f} MB, for any browser", quiet)
+    return shown

@@ -1,4 +1,4 @@
-"""A scene whose groups of light have bands of their own, so that one solution tells them apart."""
+"""A scene whose light groups have bands of their own, so that one solution tells them apart."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ PER_BAND = "share", "reflectance", "index"  # of the laws of lobes, mirrors and 
 
 
 def apart(scene: Scene, names: tuple[str, ...]) -> Scene:
-    """Return a scene that has each group of light in bands of its own, in the order of ``names``.
+    """Return a scene that has each light group in bands of its own, in the order of ``names``.
 
     Its surfaces do to all of these what they do to the scene's: solved once, it tells what each
     group does by itself.

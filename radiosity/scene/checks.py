@@ -1,9 +1,10 @@
 """Checks: values that turn what TOML holds into what the model holds, or say what is wrong."""
 
-import difflib
 import math
 from dataclasses import dataclass
 from typing import Any
+
+from radiosity.scene.names import nearest
 
 
 class Wrong(ValueError):
@@ -212,9 +213,3 @@ def encoding(value) -> str:
     if value not in ("sRGB", "linear"):
         raise Wrong(((), value, 'must be "sRGB" or "linear"'))
     return value
-
-
-def nearest(name: str, known) -> str:
-    """Return a question with the known name most like this one, or all that are known."""
-    like = difflib.get_close_matches(name, list(known), n=1)
-    return f"did you mean {like[0]}?" if like else f"known are {', '.join(known) or 'none'}"

@@ -92,7 +92,8 @@ def read_geometry(
     if reader is None:
         suffix = f'the suffix "{path.suffix}"' if path.suffix else "no suffix"
         known = f"scenes are .toml files, geometry is read from {', '.join(readers)}"
-        raise SceneError(str(path), [f"has {suffix}: {known}"])
+        folder_named = "is a folder: name a file in it" if path.is_dir() else None
+        raise SceneError(str(path), [folder_named or f"has {suffix}: {known}"])
     if folder is not None:
         _check_inside(path, folder)
     geometry = reader(path, folder or path.parent, merge, uv)

@@ -1,6 +1,5 @@
-"""Groups of light: what is dimmed together, and a scene of whose light some is dimmed."""
+"""Light groups: what is dimmed together, and a scene of whose light some is dimmed."""
 
-import difflib
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
@@ -9,6 +8,7 @@ import numpy as np
 
 from radiosity.light.sources import Light
 from radiosity.scene.model import Scene
+from radiosity.scene.names import UnknownName
 
 AMBIENT = "ambient"
 BRIGHTEST = 1e6  # factor by which light may be made brighter
@@ -53,15 +53,14 @@ def checked_factors(names: tuple[str, ...], factors: Mapping[str, float]) -> dic
 
     Raises
     ------
+    UnknownName
+        A name that no group has.
     ValueError
-        A name that no group has, with the nearest that one has; a factor that is none.
+        A factor that is none.
     """
     for name, factor in factors.items():
         if name not in names:
-            like = difflib.get_close_matches(name, names, 1)
-            meant = f"did you mean {like[0]!r}? " if like else ""
-            known = ", ".join(map(repr, names)) or "none"
-            raise ValueError(f"no light is called {name!r}: {meant}Groups of light are {known}")
+            raise UnknownName("light group", name, names)
         if not 0.0 <= factor <= BRIGHTEST:
             raise ValueError(
                 f"the factor of {name!r}, {factor:g}, must lie in [0, {BRIGHTEST:g}]: 0 is off, 1 "
@@ -76,7 +75,7 @@ def material_factors(scene: Scene, factors: Mapping[str, float]) -> np.ndarray:
 
 
 def dimmed(scene: Scene, factors: Mapping[str, float]) -> Scene:
-    """Return a scene with its groups of light scaled, those that are not named left as they are.
+    """Return a scene with its light groups scaled, those that are not named left as they are.
 
     The answer that it carries, if any, is left out: it holds for all of the light.
 

@@ -10,6 +10,7 @@ from radiosity.light.palette import NEUTRAL, Palette
 from radiosity.light.photometry import EFFICACY
 from radiosity.light.sources import Directional, Falloff, Flood, Light, Point, Spot
 from radiosity.scene.checks import photometric_file
+from radiosity.scene.names import nearest
 from radiosity.scene.schema import (
     BANDS,
     POINT,
@@ -19,7 +20,6 @@ from radiosity.scene.schema import (
     at,
     checked,
     dotted,
-    nearest,
     taken_by,
 )
 

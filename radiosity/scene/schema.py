@@ -22,11 +22,11 @@ from radiosity.scene.checks import (
     TextureKey,
     Wrong,
     encoding,
-    nearest,
     text_value,
     truth_value,
 )
 from radiosity.scene.geometry import LONGEST
+from radiosity.scene.names import nearest
 from radiosity.scene.units import UNITS
 
 LARGEST_PICTURE = 16384

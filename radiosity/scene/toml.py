@@ -19,12 +19,13 @@ from radiosity.scene.assemble import (
 )
 from radiosity.scene.blocks import frame_of, parts_of
 from radiosity.scene.cameras import camera_problems, make_camera
-from radiosity.scene.checks import SpectrumFile, TextureKey, nearest
+from radiosity.scene.checks import SpectrumFile, TextureKey
 from radiosity.scene.described import read_as, with_described
 from radiosity.scene.geometry import DEFAULT, Geometry, joined
 from radiosity.scene.lights import Ambient, IesTable, make_light, read_lights
 from radiosity.scene.materials import make_materials
 from radiosity.scene.model import Scene, SceneError, Truth, too_bright, uncovered
+from radiosity.scene.names import nearest
 from radiosity.scene.schema import (
     OPTICAL,
     CameraTable,
@@ -39,22 +40,9 @@ from radiosity.scene.schema import (
 from radiosity.scene.units import UNITS
 
 
-def read_toml(
-    text: str,
-    source: str,
-    read_geometry: Callable[[str, bool], Geometry],
-    name: str = "",
-    merge: bool = True,
-    read_picture: Callable[[str], np.ndarray] | None = None,
-    read_text: Callable[[str], str] | None = None,
-    bands: str | int = "auto",
-    accuracy: float = ACCURACY,
-) -> Scene:
+def read_toml(text: str, source: str, *rest, **options) -> Scene:
     """Return the scene that a TOML text describes; see `read_tables`, whose arguments it takes."""
-    return read_tables(
-        _parsed(text, source), source, read_geometry, name, merge, read_picture, read_text, bands,
-        accuracy,
-    )  # fmt: skip
+    return read_tables(_parsed(text, source), source, *rest, **options)
 
 
 def read_tables(

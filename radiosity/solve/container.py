@@ -1,7 +1,7 @@
 """Our own file of a solution, ``.radsol``: all that pictures, probes and relighting need.
 
 It holds the scene, the meshes and the fields on them, of the solution and of the level that tells
-its errors, and what each group of light does. Factors are left out. What follows from these without
+its errors, and what each light group does. Factors are left out. What follows from these without
 solving, patches, what rays meet, mirrored scenes, is made anew, the same to the bit.
 """
 
@@ -87,7 +87,7 @@ class Saved:
     portion : float
         Of their difference, that is the error.
     groups : tuple of str
-        Names of the groups of light.
+        Names of the light groups.
     shares, check_shares : Share or None
         What each group does on both levels, arrays (groups, ...); None where there is one group, or
         too many.
@@ -108,7 +108,7 @@ class Saved:
 def write_solution(solution: Solution, path: str | PathLike) -> None:
     """Write a solution to an open place, see `radiosity.view.export.save`.
 
-    More than MOST_GROUPS groups of light are not told apart: they cannot be dimmed afterwards.
+    More than MOST_GROUPS light groups are not told apart: they cannot be dimmed afterwards.
     """
     from radiosity import __version__
 
@@ -197,7 +197,7 @@ def _solution_of(saved: Saved) -> Solution:
 
 
 def _shares(saved, level, check) -> Shares | None:
-    """Return what each group of light does; None where that was not kept."""
+    """Return what each light group does; None where that was not kept."""
     names = saved.groups
     if len(names) < 2:
         alone = ((share_of(x),) * len(names) for x in (level, check))

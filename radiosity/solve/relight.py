@@ -1,6 +1,6 @@
-"""Relighting: what each group of light does by itself, and their sum with other weights.
+"""Relighting: what each light group does by itself, and their sum with other weights.
 
-B = M_e + rho F B is linear in the light, so the answer for any mixture of groups of light is that
+B = M_e + rho F B is linear in the light, so the answer for any mixture of light groups is that
 mixture of their own answers. These are found together, each group in bands of its own
 (`radiosity.scene.apart`), by the factors that the solution has; what they miss its sum by,
 within the solver's tolerance, is given to them as their sizes are, so that they add up to it.
@@ -39,7 +39,7 @@ PARTS = tuple(field.name for field in fields(Share))
 
 @dataclass(frozen=True)
 class Shares:
-    """What each group of light does, on the level of a solution and on that of its check.
+    """What each light group does, on the level of a solution and on that of its check.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ def share_of(level: Level | Clustered) -> Share:
 
 
 def shares_of(level: Level | Clustered, check: Level | Clustered) -> Shares:
-    """Return what the groups of light do on a level, and on its check, solved by their factors.
+    """Return what the light groups do on a level, and on its check, solved by their factors.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def shares_of(level: Level | Clustered, check: Level | Clustered) -> Shares:
     names = light_groups(level.scene)
     if len(names) > MOST_GROUPS:
         raise ValueError(
-            f"{len(names)} groups of light are more than the {MOST_GROUPS} that are told apart: "
+            f"{len(names)} light groups are more than the {MOST_GROUPS} that are told apart: "
             'let lights share a group, as group = "lamps" does in a scene file'
         )
     if len(names) < 2:
@@ -115,7 +115,7 @@ def _adding_up(parts, whole):
 
 
 def dimmed(solution, factors: Mapping[str, float]):
-    """Return a solution with its groups of light scaled; see `Solution.dimmed`."""
+    """Return a solution with its light groups scaled; see `Solution.dimmed`."""
     factors = checked_factors(solution.groups, factors)
     if all(factor == 1.0 for factor in factors.values()):
         return solution

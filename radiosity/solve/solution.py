@@ -51,7 +51,7 @@ class Solution:
     judge : callable
         Returns the `Check` and the `Estimate` of its error.
     given : Shares, optional
-        What each group of light does, where that was found before.
+        What each light group does, where that was found before.
 
     Examples
     --------
@@ -67,6 +67,12 @@ class Solution:
     level: Level
     judge: Callable[[], tuple[Check, Estimate]]
     given: "Shares | None" = None
+
+    def _repr_html_(self) -> str:
+        """Return it as a notebook shows it."""
+        from radiosity.solve.overview import solution_html
+
+        return solution_html(self)
 
     @property
     def patches(self) -> Patches:
@@ -162,7 +168,7 @@ class Solution:
 
     @cached_property
     def shares(self) -> "Shares":
-        """Return what each group of light does by itself, solved when first asked for.
+        """Return what each light group does by itself, solved when first asked for.
 
         Raises
         ------
@@ -177,12 +183,12 @@ class Solution:
 
     @property
     def groups(self) -> tuple[str, ...]:
-        """Return the names of the groups of light, see `radiosity.scene.groups.light_groups`."""
+        """Return the names of the light groups, see `radiosity.scene.groups.light_groups`."""
         return light_groups(self.scene) if self.given is None else self.given.names
 
     @property
     def can_dim(self) -> bool:
-        """Whether groups of light are told apart: `dimmed` raises ValueError where they are not."""
+        """Whether light groups are told apart: `dimmed` raises ValueError where they are not."""
         if self.given is not None:
             return True
         from radiosity.solve.relight import MOST_GROUPS
@@ -190,7 +196,7 @@ class Solution:
         return len(self.groups) <= MOST_GROUPS
 
     def dimmed(self, factors: Mapping[str, float]) -> "Solution":
-        """Return the solution for the same scene with groups of light scaled, without solving.
+        """Return the solution for the same scene with light groups scaled, without solving.
 
         Exact, as light adds up; on the same mesh. Errors are estimated anew, relative to the light
         that is left. What is off stays off in solutions made of this one.
@@ -218,7 +224,7 @@ class Solution:
         return dimmed(self, factors)
 
     def by_groups(self) -> dict[str, "Solution"]:
-        """Return a solution for each group of light alone; their irradiances add up to this one's.
+        """Return a solution for each light group alone; their irradiances add up to this one's.
 
         Raises
         ------

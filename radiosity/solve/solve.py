@@ -64,7 +64,7 @@ def solve(
         Called as ``progress(stage, done, total)``.
     factors : FormFactors, optional
         Those between this scene's patches, as `radiosity.solve.assembly.scene_factors` makes and
-        `radiosity.transport.store.load_factors` reads them; computed anew if not given. Order 0.
+        `radiosity.FormFactors.load` reads them; computed anew if not given. Order 0.
     watch : callable, optional
         Called with what is found so far, to be shown, whenever the solver has improved it; of
         ``southwell`` it has the ambient correction. Its errors are not known: infinite.

@@ -2,13 +2,14 @@
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radiosity.scene.model import Scene
 from radiosity.solve.adapt import refined_clusters
 from radiosity.solve.estimate import evenly, yardstick
+from radiosity.solve.level import solve_level
 from radiosity.solve.methods import SOLVERS
 from radiosity.solve.plan import plan_of_clusters
 from radiosity.solve.solution import Solution
@@ -50,6 +51,15 @@ class Trial:
     memory: int
     estimated: float
     error: float
+
+
+@dataclass(frozen=True)
+class SolverTrial:
+    """A solver on a given mesh: warm ``seconds``, and its error bound after each iteration."""
+
+    solver: str
+    seconds: float
+    history: list[float]
 
 
 @dataclass(frozen=True)
@@ -102,6 +112,30 @@ def trials(scene: Scene, finest: float, reference: Reference) -> Iterator[Trial]
             way, accuracy, len(factors.area), seconds, matrix.nbytes, reached,
             reference.error_of(solution),
         )  # fmt: skip
+
+
+def solver_trials(solution: Solution) -> Iterator[SolverTrial]:
+    """Yield all solvers on the mesh of a solution, to its tolerance, with its form factors.
+
+    Those that do not serve the scene, or its elements, are left out.
+
+    Examples
+    --------
+    >>> import radiosity
+    >>> solution = radiosity.solve(radiosity.load("scenes/box6.toml"), 0.1, order=0)
+    >>> [trial.solver for trial in solver_trials(solution)]
+    ['gauss-seidel', 'jacobi', 'southwell', 'gmres', 'cg', 'direct']
+    """
+    level = solution.level
+    for name in SOLVERS:
+        if name == "cg" and level.recipe.order == 1:
+            continue
+        recipe = replace(level.recipe, solver=name)
+        found = solve_level(solution.scene, level.reach, recipe, like=level)  # loads what it needs
+        if found.solver == name:
+            begun = time.perf_counter()
+            found = solve_level(solution.scene, level.reach, recipe, like=level)
+            yield SolverTrial(name, time.perf_counter() - begun, found.history)
 
 
 def _ways(scene, finest) -> Iterator[tuple[str, float, Callable[[], Solution]]]:

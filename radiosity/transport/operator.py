@@ -1,6 +1,7 @@
 """The form-factor matrix as a linear operator."""
 
 from dataclasses import astuple, dataclass
+from os import PathLike
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -56,6 +57,8 @@ class FormFactors(LinearOperator):
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from radiosity import FormFactors
     >>> F = FormFactors(np.array([[0, 1.0], [1.0, 0]]), np.array([1.0, 2.0]))  # A_i F_ij, A_i
     >>> F @ np.array([3.0, 4.0])
     array([4. , 1.5])
@@ -92,6 +95,35 @@ class FormFactors(LinearOperator):
             "openness": self.openness, "raw_closure": self._raw_closure, "centroid": self.centroid,
         }  # fmt: skip
         return FormFactors(**same | parts)
+
+    def save(self, path: str | PathLike, format: str | None = None) -> None:
+        """Write them to a file: see `radiosity.transport.store.save_factors`.
+
+        Examples
+        --------
+        >>> import radiosity
+        >>> F = radiosity.form_factors("scenes/cornell_box.obj", accuracy=0.01)
+        >>> F.save("F.npz")
+        >>> bool((radiosity.FormFactors.load("F.npz").toarray() == F.toarray()).all())
+        True
+        """
+        from radiosity.transport.store import save_factors  # which imports this module
+
+        save_factors(self, path, format)
+
+    @staticmethod
+    def load(path: str | PathLike, format: str | None = None) -> "FormFactors":
+        """Read what `save` wrote, or View3D: see `radiosity.transport.store.load_factors`.
+
+        Examples
+        --------
+        >>> FormFactors(np.array([[0, 1.0], [1.0, 0]]), np.ones(2)).save("two.npz")
+        >>> FormFactors.load("two.npz").toarray().tolist()
+        [[0.0, 1.0], [1.0, 0.0]]
+        """
+        from radiosity.transport.store import load_factors  # which imports this module
+
+        return load_factors(path, format)
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         return self._per_area(self.exchange @ x)

@@ -14,6 +14,7 @@ from numba import njit
 from radiosity.light.bands import Bands
 from radiosity.light.reflection import lambert
 from radiosity.scene.model import Camera
+from radiosity.scene.names import UnknownName
 from radiosity.solve.plan import check_fits
 from radiosity.solve.solution import Solution
 from radiosity.transport.hemisphere import MISS, look_out
@@ -169,9 +170,7 @@ def find_camera(scene, camera: Camera | str | None) -> Camera:
     if camera is None:
         return next(iter(scene.cameras.values()))
     if camera not in scene.cameras:
-        raise ValueError(
-            f"camera = {camera!r} is not in the scene; it has {', '.join(scene.cameras)}"
-        )
+        raise UnknownName("camera", camera, scene.cameras)
     return scene.cameras[camera]
 
 

@@ -173,7 +173,8 @@ def check_method(method: str, shadows: bool = True) -> None:
         raise ValueError(f"method = {method!r} must be one of {', '.join(METHODS)}")
     if not shadows and method != "local":
         raise ValueError(
-            f'shadows belong to method = "{method}": only "local" leaves them out on demand'
+            f'to leave out the shadows of lights is for method = "local": "{method}" always models '
+            "them"
         )
 
 

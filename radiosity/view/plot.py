@@ -1,5 +1,6 @@
-"""Plots: the trade of speed for accuracy."""
+"""Plots: the trade of speed for accuracy, and how solvers converge."""
 
+from collections.abc import Mapping, Sequence
 from os import PathLike
 
 import numpy as np
@@ -9,6 +10,7 @@ from radiosity.transport.files import written_whole
 from radiosity.view.levels import PictureTrial
 
 STYLE = {"linear": ("o-", "C0"), "constant": ("s-", "C1"), "clusters": ("^-", "C2")}
+MARKS = "o-", "s-", "^-", "D-", "v-", "P-"
 APART = 0.1  # relative difference in time and error below which labels would overlap
 
 
@@ -22,6 +24,48 @@ def plot_tradeoff(
     axes, beside = figure.subplots(1, 2, width_ratios=(3, 2))
     _plot_trials(axes, found, name)
     _plot_pictures(beside, pictures)
+    with written_whole(path) as temporary:
+        figure.savefig(temporary, dpi=120)
+
+
+def plot_histories(
+    found: Mapping[str, Sequence[float]], name: str, path: str | PathLike, tolerance: float
+) -> None:
+    """Write a plot of error bounds against iterations, a curve a solver.
+
+    Parameters
+    ----------
+    found : mapping
+        The error bound after each iteration, see `radiosity.Solution.history`, by solver.
+    name : str
+        Of the scene.
+    path : str or path
+        ``.png``, ``.pdf`` or ``.svg``.
+    tolerance : float
+        At which solvers stop: drawn as a line.
+
+    Examples
+    --------
+    >>> import radiosity
+    >>> solution = radiosity.solve(radiosity.load("scenes/box6.toml"), 0.1, solver="jacobi")
+    >>> plot_histories({"jacobi": solution.history}, "box", "jacobi.png", 1e-6)
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    axes = figure.subplots()
+    for k, (solver, history) in enumerate(found.items()):
+        at = np.arange(1, len(history) + 1)
+        bounds = np.maximum(history, np.finfo(float).tiny)  # 0: nothing emits
+        axes.semilogy(at, bounds, MARKS[k % len(MARKS)], markersize=4, label=solver)
+    axes.axhline(tolerance, color="grey", linestyle="--", linewidth=1, label="tolerance")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_title(f"{name}: convergence")
+    axes.set_xlabel("iterations, each about one product with the matrix")
+    axes.set_ylabel("bound of the relative error")
+    axes.grid(True, which="major", alpha=0.3)
+    axes.legend()
     with written_whole(path) as temporary:
         figure.savefig(temporary, dpi=120)
 

@@ -4,7 +4,7 @@ import re
 import shlex
 from dataclasses import dataclass
 
-from radiosity.scene.checks import nearest
+from radiosity.scene.names import nearest
 
 SURFACES = (
     "source", "sphere", "bubble", "polygon", "cone", "cup", "cylinder", "tube", "ring", "instance",

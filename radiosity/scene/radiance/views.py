@@ -3,6 +3,7 @@
 import numpy as np
 
 NUMBERS = {"-vp": 3, "-vd": 3, "-vu": 3, "-vh": 1, "-vv": 1}
+UNREAD = {("-vs", "-vl"): "shifted or lifted", ("-vo", "-va"): "clipped in front or behind"}
 IGNORED = {"-vo": 1, "-va": 1, "-vs": 1, "-vl": 1}
 WIDTH = 512  # pixels of the longer side
 MOST = 100  # views of one file
@@ -29,17 +30,18 @@ def read_views(text: str) -> tuple[dict[str, dict], list[str]]:
     notes = [f"{wrong} views of the .vf file are neither pinhole nor parallel"] if wrong else []
     if len(lines) > MOST:
         notes.append(f"of {len(lines)} views of the .vf file {MOST} are read")
-    moved = sum(map(_shifted, lines[:MOST]))
-    if moved:
-        notes.append(f"{moved} views of the .vf file are shifted or lifted (-vs, -vl): not read")
+    for keys, what in UNREAD.items():
+        count = sum(_says(line, keys) for line in lines[:MOST])
+        if count:
+            notes.append(f"{count} views of the .vf file are {what} ({', '.join(keys)}): not read")
     return cameras, notes
 
 
-def _shifted(line):
-    """Whether a view is moved in its plane."""
+def _says(line, keys):
+    """Whether a view has one of some keys, and not for 0."""
     words = line.split()
     pairs = zip(words, words[1:], strict=False)
-    return any(key in ("-vs", "-vl") and value.strip("+-0.") for key, value in pairs)
+    return any(key in keys and value.strip("+-0.") for key, value in pairs)
 
 
 def _camera(words):

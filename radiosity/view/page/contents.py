@@ -19,7 +19,7 @@ MOSTLY = 0.98  # of the surfaces are darker than the end of the false colours' s
 
 
 def contents_of(
-    solution: Solution, mesh: PageMesh, camera: Camera | None, exposure: float | None, stops: float
+    solution: Solution, mesh: PageMesh, camera: Camera | None, exposure: float | None
 ) -> tuple[dict, str]:
     """Return what a page is to know as plain lists and numbers, and its arrays as text."""
     scene, packer = solution.scene, Packer()
@@ -31,7 +31,7 @@ def contents_of(
         "unit": scene.unit,
         "up": turn_between("y", scene.up)[:, 1].tolist(),
         "efficacy": EFFICACY,
-        "exposure": (page_exposure(solution) if exposure is None else exposure) * 2.0**stops,
+        "exposure": page_exposure(solution) if exposure is None else exposure,
         "most": round_up(_mostly(solution)),
         "map": Scale(STEPS).colours(np.arange(STEPS) + 0.5).tolist(),
         "groups": list(mesh.groups),

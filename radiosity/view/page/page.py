@@ -19,7 +19,7 @@ SCRIPTS = "vectors", "light", "camera", "draw", "pick", "panel", "main"  # in th
 
 def write_page(
     solution: Solution, path: str | PathLike, *, camera: Camera | None = None,
-    exposure: float | None = None, stops: float = 0.0, progress: Progress = silent,
+    exposure: float | None = None, progress: Progress = silent,
 ) -> None:  # fmt: skip
     """Write a page that shows a solution: whole, or not at all.
 
@@ -32,8 +32,6 @@ def write_page(
     exposure : float, optional
         Display value per radiance, at first; by default that of pictures, or less where surfaces
         that shine would be all white, shown matte.
-    stops : float
-        By how many factors of 2 more is shown than by that.
 
     Raises
     ------
@@ -41,19 +39,18 @@ def write_page(
         Where the file cannot be written.
     """
     with written_whole(path) as temporary:
-        text = page_of(solution, gathered_mesh(solution, progress), camera, exposure, stops)
+        text = page_of(solution, gathered_mesh(solution, progress), camera, exposure)
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
 def page_of(
-    solution: Solution, mesh: PageMesh, camera: Camera | None = None,
-    exposure: float | None = None, stops: float = 0.0,
-) -> str:  # fmt: skip
+    solution: Solution, mesh: PageMesh, camera: Camera | None = None, exposure: float | None = None
+) -> str:
     """Return the text of a page that shows a solution's mesh; see `write_page`.
 
     It may run the script that it holds and no other, and load nothing.
     """
-    about, light = contents_of(solution, mesh, camera, exposure, stops)
+    about, light = contents_of(solution, mesh, camera, exposure)
     style, scripts = _part("viewer.css"), "\n".join(_part(f"{name}.js") for name in SCRIPTS)
     script = f"(() => {{\n'use strict';\n{scripts}}})();\n"
     filled = {
