@@ -26,6 +26,7 @@ from radiosity.solve.solve import solve
 from radiosity.view.methods import render
 from radiosity.view.page.gathered import gathered_mesh
 from radiosity.view.page.page import page_of, write_page
+from radiosity.view.shading import auto_exposure
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
@@ -134,12 +135,17 @@ def run(*words, cwd):
                           capture_output=True, text=True, cwd=cwd, timeout=300)  # fmt: skip
 
 
-def test_view_writes_a_page(tmp_path):
+def test_view_writes_a_page(tmp_path, two_lamps):
     done = run("view", SCENES / "furnace.toml", "--accuracy", 0.1, "--html", "out.html",
                "--exposure", "0.25", cwd=tmp_path)  # fmt: skip
     assert done.returncode == 0 and "wrote out.html: 0." in done.stderr
     text = (tmp_path / "out.html").read_text(encoding="utf-8")
     assert json.loads(Elements(text).scripts[0][1])["exposure"] == 0.25
+    place = tmp_path / "room.radsol"
+    radiosity.save(two_lamps, place)
+    assert run("view", place, "--html", "b.html", "--exposure", "auto-1", cwd=tmp_path).stderr
+    about = json.loads(Elements((tmp_path / "b.html").read_text("utf-8")).scripts[0][1])
+    assert about["exposure"] == pytest.approx(auto_exposure(two_lamps) / 2)
 
 
 @pytest.mark.parametrize(
@@ -280,11 +286,11 @@ def test_picks_agree_with_probe(browser, pages, cornell):
 
 def test_the_picture_is_ours(browser, pages, two_lamps):
     """Pixel by pixel as the gathered picture of the same camera, off edges."""
-    browser.resize(320, 240)
+    browser.resize(240, 180)
     browser.open(pages / "lamps.html")
     browser.press("p")  # the panel away
     browser.js("document.getElementById('open').hidden = true")
-    image = render(two_lamps, "front", size=(320, 240), samples=64).shown().astype(float)
+    image = render(two_lamps, "front", size=(240, 180), samples=64).shown().astype(float)
     off = np.abs(browser.pixels() - image).max(axis=2)
     browser.resize(1000, 700)
     assert np.median(off) <= 2.0 and np.percentile(off, 90) <= 5.0  # of 255; noise of 64 rays

@@ -21,11 +21,13 @@ from radiosity.scene.model import Scene
 from radiosity.solve.positive import not_negative
 from radiosity.solve.relight import told_apart
 from radiosity.solve.solve import solve
-from radiosity.view.page.cells import Cells, numbered, points_of, whole_patches
+from radiosity.view.page.cells import is_triangle, numbered, points_of, whole_patches
+from radiosity.view.page.contents import page_exposure
 from radiosity.view.page.gathered import gathered_mesh
 from radiosity.view.page.looks import looks_of, not_shown, picture_of
 from radiosity.view.page.packing import Packer, picture_url
 from radiosity.view.polydata import shown_patches
+from radiosity.view.shading import auto_exposure
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 
@@ -208,7 +210,11 @@ def test_cells_of_triangles_and_quadrilaterals_cover_them():
     area = np.bincount(cells.patch, cells.areas(patches), len(patches))
     assert area[shown] == pytest.approx(patches.area[shown])
     assert cells.is_triangle.any() and not cells.is_triangle.all()
-    assert isinstance(cells.some(cells.is_triangle), Cells)
+    # Every edge but those of the outline, four a side, has a cell on either side.
+    corner = numbered(cells.patch[:, None], cells.corners)
+    edges = set(zip(corner.ravel(), np.roll(corner, -1, axis=1).ravel(), strict=True))
+    outline = {(a, b) for a, b in edges if a != b and (b, a) not in edges}
+    assert len(outline) == 4 * np.sum(np.where(is_triangle(patches)[shown], 3, 4))
 
 
 def test_points_on_edges_look_from_just_inside(two_lamps):
@@ -254,3 +260,16 @@ def test_packed_numbers_keep_eleven_digits():
     kept = np.frombuffer(packer._parts[0], np.uint8).reshape(2, -1).T.copy().view("<f2")
     scale = np.array(packer.entries["light"]["scale"])[:, None]
     assert kept.reshape(2, 100) * scale == pytest.approx(values, rel=2**-11)
+
+
+def test_shiny_surfaces_shown_matte_are_not_all_white():
+    """The exposure of pictures knows diffuse light alone; a mirror that is shown matte has more."""
+    walls = box([0, 0, 0], [1, 1, 1])
+    grey = replace(material(0.2, name="grey"), mirror=Constant(np.full(3, 0.6)))
+    faces = Faces.from_polygons(walls, [0] * 5 + [1], 0, merge=False)
+    made = Scene("shiny", faces, (grey, material(0.0, 1.0, name="lamp")), ("all",))
+    solution = solve(made, 0.3, mesh="2")
+    expected = auto_exposure(solution) * 0.2 / 0.8
+    assert page_exposure(solution) == pytest.approx(expected, rel=1e-4)  # the solver's tolerance
+    plain = solve(replace(made, materials=(material(0.2), made.materials[1])), 0.3, mesh="2")
+    assert page_exposure(plain) == auto_exposure(plain)

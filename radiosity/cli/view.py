@@ -1,6 +1,7 @@
 """``radiosity view``."""
 
 import time as clock
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -95,7 +96,7 @@ def view(
         solution = view_by(method, shadows, given, asked, progress)
     look, told = d.Look.of(solution, exposure, false_colour), []
     if html is not None:
-        _write_page(solution, html, chosen, look.exposure, quiet)
+        look = replace(look, exposure=_write_page(solution, html, chosen, exposure, quiet))
     elif screenshot is None and _opened(solution, chosen, pixels, samples, look):
         pass
     else:
@@ -131,15 +132,18 @@ def _check_page(context, path):
                 f"--{option} does nothing to a page, which shows gathered light, turns and has "
                 "false colours of its own: leave it out beside --html"
             )
-    if Path(path).suffix.lower() not in (".html", ".htm"):
+    if Path(path).suffix.lower() != ".html":
         raise ValueError(f"--html {path!r}: a page's name must end in .html")
     check_place(path)
 
 
 def _write_page(solution, path, camera, exposure, quiet):
-    """Write the page, and remark on its size."""
+    """Write the page, and remark on its size; return its exposure."""
+    from radiosity.view.page.contents import page_exposure
     from radiosity.view.page.page import write_page
 
+    shown = exposure.value or page_exposure(solution) * 2.0**exposure.stops
     with progress_bars(quiet) as progress:
-        write_page(solution, path, camera=camera, exposure=exposure, progress=progress)
+        write_page(solution, path, camera=camera, exposure=shown, progress=progress)
     remark(f"wrote {path}: {Path(path).stat().st_size / 1e6:.1f} MB, for any browser", quiet)
+    return shown

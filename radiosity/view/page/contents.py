@@ -31,7 +31,7 @@ def contents_of(
         "unit": scene.unit,
         "up": turn_between("y", scene.up)[:, 1].tolist(),
         "efficacy": EFFICACY,
-        "exposure": _exposure(solution) if exposure is None else exposure,
+        "exposure": page_exposure(solution) if exposure is None else exposure,
         "most": round_up(_mostly(solution)),
         "map": Scale(STEPS).colours(np.arange(STEPS) + 0.5).tolist(),
         "groups": list(mesh.groups),
@@ -100,7 +100,7 @@ def _camera(camera: Camera) -> dict:
     }  # fmt: skip
 
 
-def _exposure(solution) -> float:
+def page_exposure(solution) -> float:
     """Return that of pictures, or less where surfaces that are shown matte would all be white."""
     found, scene, patches = auto_exposure(solution), solution.scene, solution.patches
     dark = solution.live & ~solution.emission.any(axis=1)

@@ -30,7 +30,8 @@ def write_page(
     camera : Camera, optional
         What is shown first; by default the scene's first camera.
     exposure : float, optional
-        Display value per radiance, at first; by default that of pictures.
+        Display value per radiance, at first; by default that of pictures, or less where surfaces
+        that shine would be all white, shown matte.
 
     Raises
     ------

@@ -219,13 +219,16 @@ class Page {
   }
 }
 
+/** What the browser lacks. */
+class Missing extends Error {}
+
 async function start() {
   const about = JSON.parse(byId('about').textContent);
   if (!window.DecompressionStream) {
-    throw new Error('This browser is too old for the page: it knows no DecompressionStream (2023). A newer one shows the scene.');
+    throw new Missing('This browser is too old for the page: it knows no DecompressionStream (2023). A newer one shows the scene.');
   }
   if (!document.createElement('canvas').getContext('webgl2')) {
-    throw new Error('This browser shows no WebGL 2, which the scene is drawn with: switch hardware acceleration on, or take another browser.');
+    throw new Missing('This browser shows no WebGL 2, which the scene is drawn with: switch hardware acceleration on, or take another browser.');
   }
   const arrays = await readArrays(byId('light').textContent.trim(), about.arrays);
   byId('light').remove();
@@ -241,5 +244,5 @@ async function start() {
 
 start().catch((error) => {
   fail(error.message);
-  if (!/browser/.test(error.message)) throw error;
+  if (!(error instanceof Missing)) throw error;
 });
