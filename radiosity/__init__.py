@@ -31,16 +31,17 @@ _HOMES = {
     "form_factors": "radiosity.solve.matrix",
     "load": "radiosity.solve.load",
     "plan": "radiosity.solve.forecast",
-    "plot": "radiosity.view.window",
+    "plot": "radiosity.view.shown",
     "render": "radiosity.view.methods",
+    "report": "radiosity.view.report",
     "save": "radiosity.view.export",
     "to_pyvista": "radiosity.view.polydata",
     "write": "radiosity.view.image",
 }
 __all__ = [
     "Camera", "FormFactors", "Image", "Material", "NotClosable", "NotConverged", "Refused", "Scene",
-    "SceneError", "Solution", "form_factors", "load", "plan", "plot", "render", "save", "solve",
-    "to_pyvista", "write",
+    "SceneError", "Solution", "form_factors", "load", "plan", "plot", "render", "report", "save",
+    "solve", "to_pyvista", "write",
 ]  # fmt: skip
 
 

@@ -36,22 +36,11 @@ def facts(scene, solution=None) -> dict:
     }  # fmt: skip
 
 
-def find_in_mesh(scene):
-    """Return the contacts of a scene's faces, and what is odd about its mesh."""
-    import numpy as np
-
-    from radiosity.mesh.contact import find_contacts
-    from radiosity.mesh.findings import find_flaws
-
-    emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
-    contacts = find_contacts(scene.faces, emits)
-    return contacts.faces, find_flaws(scene.faces, emits, contacts)
-
-
 def _mesh(scene) -> dict:
     from radiosity.mesh.findings import MEANS
+    from radiosity.scene.contents import flaws_of
 
-    contacts, flaws = find_in_mesh(scene)
+    contacts, flaws = flaws_of(scene)
     return {
         "contacts": len(contacts),
         "covered_faces": sum(bool(c.covers or c.hides) for c in contacts.values()),

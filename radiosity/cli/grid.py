@@ -51,43 +51,22 @@ def check_grid(points, grid, spacing, margin) -> None:
             "POINTS.csv is missing: give a file (- for stdin), or --grid HEIGHT to have the points "
             "of a work plane made"
         )
-    if grid is not None and _height(grid) is None and _height(grid.replace(",", ".")) is not None:
-        raise ValueError(f"--grid {grid!r} is not a height{o.with_point(grid)}")
+    if grid is not None:
+        check_point(grid)
     if grid is None and not (spacing is None and margin is None):
         given = "--spacing" if spacing is not None else "--margin"
         raise ValueError(f"{given} is for --grid: the points of {points} are as they are")
 
 
-def check_grid_in(scene, grid: str | None, spacing, margin) -> None:
-    """Refuse a grid that does not fit a scene, before anything is solved."""
-    from radiosity.view.surfacegrid import surface_cells
-    from radiosity.view.workplane import plane_cells
-
-    if grid is None:
+def check_point(grid: str) -> None:
+    """Refuse a height with a decimal comma."""
+    if "," not in grid:
         return
-    height = _height(grid)
-    if height is None:
-        surface_cells(scene, grid, spacing, margin or 0.0)
-    else:
-        plane_cells(scene, height, spacing, margin)
-
-
-def make_grid(solution, grid: str, spacing: float | None, margin: float | None):
-    """Return the points of a plane where ``grid`` is a number, otherwise of what has that name."""
-    from radiosity.view.surfacegrid import surface_grid
-    from radiosity.view.workplane import plane_grid
-
-    height = _height(grid)
-    if height is None:
-        return surface_grid(solution, grid, spacing, margin or 0.0)
-    return plane_grid(solution, height, spacing, margin)
-
-
-def _height(grid):
     try:
-        return float(grid)
+        float(grid.replace(",", "."))
     except ValueError:
-        return None
+        return
+    raise ValueError(f"--grid {grid!r} is not a height{o.with_point(grid)}")
 
 
 def summary(grid, found, unit: str) -> str:

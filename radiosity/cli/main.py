@@ -14,6 +14,7 @@ from radiosity.cli.materials import materials
 from radiosity.cli.plan import plan
 from radiosity.cli.probe import probe
 from radiosity.cli.render import render
+from radiosity.cli.report import report
 from radiosity.cli.solve import solve
 from radiosity.cli.tradeoff import tradeoff
 from radiosity.cli.usage import as_typed, complaint
@@ -30,7 +31,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings=SETTINGS,
 )
-for verb in (view, solve, render, probe, plan, tradeoff, formfactors, verify, info, materials):
+for verb in (
+    view, solve, render, probe, report, plan, tradeoff, formfactors, verify, info, materials,
+):  # fmt: skip
     app.command(cls=Verb, context_settings=SETTINGS)(verb)
 
 

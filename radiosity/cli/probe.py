@@ -15,8 +15,6 @@ from radiosity.cli.grid import (
     SpacingOption,
     as_dict,
     check_grid,
-    check_grid_in,
-    make_grid,
     summary,
 )
 from radiosity.cli.progress import progress_bars, remark
@@ -85,12 +83,14 @@ def probe(
         check_place(output)
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     given = load_given(context, scene, asked, Reading(bands, ambient, unit, up), dim)
-    model = scene_of(given)
-    check_grid_in(model, grid, spacing, margin)
+    from radiosity.view import grids  # loads much: what is mistyped is told before
+
+    if grid is not None:
+        grids.check_grid(scene_of(given), grid, spacing, margin)
     with progress_bars(quiet) as progress:
         goal = None if where is None else (where[:, :3], where[:, 3:])
         solution = solve_scene(given, asked, progress, goal=goal)
-        made = None if grid is None else make_grid(solution, grid, spacing, margin)
+        made = None if grid is None else grids.make_grid(solution, grid, spacing, margin)
         if made is not None:
             where = _rows(made)
         irradiance, error = solution.irradiance(where[:, :3], where[:, 3:], progress)

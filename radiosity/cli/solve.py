@@ -23,7 +23,7 @@ def solve(
         str | None,
         typer.Option(
             "-o", "--output", metavar="FILE",
-            help="Save to .radsol (all of it), .vtp (ParaView), .glb, .csv or .npz.",
+            help="Save to .radsol (all of it), .vtp (ParaView), .glb, .html (page), .csv or .npz.",
             autocompletion=completion.files(*SUFFIXES),
             rich_help_panel=o.OUTPUT,
         ),

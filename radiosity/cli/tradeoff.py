@@ -2,6 +2,7 @@
 
 import time as clock
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -51,6 +52,14 @@ def tradeoff(
             rich_help_panel=o.SOLVING,
         ),
     ] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(
+            "--size", metavar="WxH",
+            help="Pixels of the pictures; if not given, the camera's, at most 160 a side.",
+            rich_help_panel=o.PICTURE,
+        ),
+    ] = None,
     ambient: o.Ambient = 0.0,
     bands: o.Bands = "auto",
     unit: o.Unit = None,
@@ -67,7 +76,7 @@ def tradeoff(
 
     Examples
     --------
-    radiosity tradeoff scenes/box6.toml --accuracy 0.05
+    radiosity tradeoff scenes/box6.toml --accuracy 0.05 --size 64x64
     radiosity tradeoff scenes/box6.toml --solvers -o solvers.png
     """
     begun, asked = clock.perf_counter(), accuracy
@@ -75,6 +84,7 @@ def tradeoff(
         asked = OF_SOLVERS if solvers else BEST
     target = output or f"{Path(scene).stem}_{'solvers' if solvers else 'tradeoff'}.png"
     o.check_plot("-o", target)
+    pixels = _picture_size(size, solvers)
     if not 1e-3 <= asked <= 0.1:
         raise ValueError(
             f"--accuracy {asked:g} must lie in [0.001, 0.1] here: 0.01 measures from 10 % to 1 %"
@@ -83,7 +93,7 @@ def tradeoff(
         bands = "grey"
     model = load_scene(scene, "auto", Reading(bands, ambient, unit, up), quiet, asked)
     o.use_threads(threads)
-    measure = _compare_solvers if solvers else _measure
+    measure = _compare_solvers if solvers else partial(_measure, pixels)
     told = measure(model, asked, target, _keep_quiet if as_json else _say, quiet)
     remark(f"wrote {target}", quiet)
     if as_json:
@@ -94,10 +104,17 @@ def tradeoff(
         })  # fmt: skip
 
 
+def _picture_size(text, solvers):
+    """Return (w, h) of the pictures as typed, None for the default."""
+    if solvers and text is not None:
+        raise ValueError("--size is of pictures, and --solvers makes none: leave one of them out")
+    return o.parse_size(text)
+
+
 NOTHING = {"reference": None, "trials": [], "pictures": [], "solvers": []}
 
 
-def _measure(model, accuracy, target, say, quiet) -> dict:
+def _measure(size, model, accuracy, target, say, quiet) -> dict:
     """Return trials and pictures, shown as they come; write plot and pictures."""
     from radiosity.solve.tradeoff import make_reference, trials
     from radiosity.view.plot import plot_tradeoff
@@ -109,21 +126,22 @@ def _measure(model, accuracy, target, say, quiet) -> dict:
     for trial in trials(model, accuracy, reference):
         found.append(trial)
         say(row(trial))
-    pictures, told = _pictures(model, accuracy, reference, target, say)
+    pictures, told = _pictures(model, accuracy, reference, target, size, say)
     plot_tradeoff(found, model.name, target, pictures)
     return {
         "reference": reference.estimated, "trials": [asdict(t) for t in found], "pictures": told,
     }  # fmt: skip
 
 
-def _pictures(model, accuracy, reference, target, say):
+def _pictures(model, accuracy, reference, target, size, say):
     """Return the trials of pictures, and what is told of them; write the pictures."""
     from radiosity.solve.tradeoff import COMPARED
     from radiosity.view.levels import picture_trials
 
     pictures, told = [], []
     say(_line(PICTURE_HEAD, PICTURE_WIDTHS))
-    for trial in picture_trials(model, max(COMPARED, accuracy), reference.solution):
+    coarse = max(COMPARED, accuracy)
+    for trial in picture_trials(model, coarse, reference.solution, size):
         file = _written(trial, target)
         pictures.append(trial)
         told.append({

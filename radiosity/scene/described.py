@@ -3,6 +3,8 @@
 from radiosity.scene.geometry import Geometry, free_name
 from radiosity.scene.model import ReadAs
 
+AS_IT_IS = "as the scene file has it"  # where materials of scene files come from
+
 
 def with_described(raw: dict, geometry: Geometry) -> dict:
     """Return the tables of a scene file with those of its geometry files.
@@ -29,7 +31,7 @@ def read_as(raw: dict, geometry: Geometry) -> dict[str, ReadAs]:
 
     A scene file's own tables are what they are.
     """
-    found = {name: ReadAs("as the scene file has it", x) for name, x in raw["materials"].items()}
+    found = {name: ReadAs(AS_IT_IS, x) for name, x in raw["materials"].items()}
     return found | {
         name: said for name, said in geometry.materials.items()
         if name in found and found[name].table is said.table

@@ -230,6 +230,12 @@ class Scene:
         emits = any(m.emits for m in self.materials)
         return bool(emits or self.ambient.any() or any(s.strength.any() for s in self.lights))
 
+    def _repr_html_(self) -> str:
+        """Return what it holds, as a notebook shows it."""
+        from radiosity.scene.overview import scene_html
+
+        return scene_html(self)
+
     def check(self) -> None:
         """Refuse what no reader lets through, for scenes that are made in code.
 

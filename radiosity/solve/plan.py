@@ -105,6 +105,12 @@ class Plan:
     clusters: int = 0
     seconds: float | None = None
 
+    def _repr_html_(self) -> str:
+        """Return it as a notebook shows it."""
+        from radiosity.solve.overview import plan_html
+
+        return plan_html(self)
+
 
 def make_plan(
     scene: Scene, accuracy: float, mesh: str = "auto", *, order: int | None = None,

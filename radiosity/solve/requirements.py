@@ -7,6 +7,7 @@ clusters, the mesh is made and a small share of the rays is cast.
 
 import time
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import ndtr
@@ -21,6 +22,9 @@ from radiosity.solve.plan import BYTES, FACE, MOST_CLUSTERS, MOST_LINEAR, Plan
 from radiosity.solve.reach import find_reach
 from radiosity.solve.refinement import WORTH
 from radiosity.solve.system import lights_of, side_reflectance, translucent
+
+if TYPE_CHECKING:
+    from radiosity.solve.solution import Solution
 
 TRIED = 0.1  # share of the work foreseen that rounds are tried for, at least one
 # Measured: patches grow as the inverse of the error to the power GROWTH, the time of a mesh as they
@@ -65,6 +69,12 @@ class Forecast:
     patches: int
     seconds: float
     memory: float
+
+    def _repr_html_(self) -> str:
+        """Return it as a notebook shows it."""
+        from radiosity.solve.overview import forecast_html
+
+        return forecast_html(self)
 
 
 def foresee(scene: Scene, plan: Plan) -> Forecast:
@@ -182,6 +192,20 @@ def _rounds_of_clusters(plan, estimate) -> tuple[np.ndarray, np.ndarray]:
         else:
             break
     return np.array(clusters), np.array(looks)
+
+
+def requirements_of(solution: "Solution") -> tuple[Requirement, ...]:
+    """Return what was modelled of a solved scene, what was not, and why.
+
+    Examples
+    --------
+    >>> import radiosity
+    >>> solution = radiosity.solve(radiosity.load("scenes/furnace.toml"), 0.1)
+    >>> [(r.model, r.reason) for r in requirements_of(solution) if r.name == "environment"]
+    [('nothing', 'the scene is closed')]
+    """
+    is_open = not solution.closed
+    return _requirements(solution.scene, solution.plan, solution.level.reach, is_open)
 
 
 def _clocked(work, *what):

@@ -68,6 +68,12 @@ class Solution:
     judge: Callable[[], tuple[Check, Estimate]]
     given: "Shares | None" = None
 
+    def _repr_html_(self) -> str:
+        """Return it as a notebook shows it."""
+        from radiosity.solve.overview import solution_html
+
+        return solution_html(self)
+
     @property
     def patches(self) -> Patches:
         """Return the patches: all fronts, and the backs that light reaches."""

@@ -115,6 +115,13 @@ def project(
     return np.stack([x, y], axis=-1), depth
 
 
+def fitting(camera: Camera, longest: int) -> tuple[int, int]:
+    """Return a camera's (w, h) in pixels, in proportion at most so many."""
+    share = min(1.0, longest / max(camera.size))
+    width, height = (max(1, round(share * n)) for n in camera.size)
+    return width, height
+
+
 def _pixel_size(camera, size):
     """Return s, the side of a pixel: on the picture plane at distance 1, or anywhere."""
     width, height = size

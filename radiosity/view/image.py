@@ -92,6 +92,10 @@ class Image:
         """Return (h, w) float64 luminance in cd/m2, 0 where it would be negative."""
         return np.maximum(photometric(self.pixels.astype(np.float64)), 0.0)
 
+    def _repr_png_(self) -> bytes:
+        """Return the tone-mapped picture as a PNG file, which notebooks show."""
+        return png(self.shown())
+
     def shown(self, gamma: float | None = None) -> np.ndarray:
         """Return (h, w, 3) uint8 for a screen of sRGB, or of a gamma; greyed where `outside`.
 
@@ -119,6 +123,13 @@ def tone_map(pixels: np.ndarray, exposure: float, gamma: float | None = None) ->
     """
     v = encode(np.asarray(pixels, dtype=np.float64) * exposure, gamma)
     return np.floor(255.0 * v + 0.5).astype(np.uint8)
+
+
+def png(shown: np.ndarray) -> bytes:
+    """Return display values (h, w, 3) uint8 as a PNG file."""
+    import imageio.v3
+
+    return imageio.v3.imwrite("<bytes>", shown, extension=".png")
 
 
 def exposure_for(luminances: np.ndarray, weights: np.ndarray) -> float:
@@ -211,15 +222,13 @@ def _percentile(values, weights):
 
 
 def _write_png(image, path, gamma=None, scale=None):
-    import imageio.v3
-
     if scale is None:
         shown = image.shown(gamma)
     else:
         from radiosity.view.falsecolour import false_colours
 
         shown = false_colours(image.luminance, scale)
-    imageio.v3.imwrite(path, shown, extension=".png")
+    path.write_bytes(png(shown))
 
 
 def _write_exr(image, path):

@@ -60,8 +60,10 @@ class Evenness:
     ud_error: float
 
 
-def evenness(lux: np.ndarray, error: np.ndarray) -> Evenness:
+def evenness(lux: np.ndarray, error: np.ndarray, weight: np.ndarray | None = None) -> Evenness:
     """Return what illuminances (k,) and their errors (k,) in lx come to.
+
+    Means are weighted where values stand for areas (k,) that differ.
 
     Examples
     --------
@@ -69,8 +71,9 @@ def evenness(lux: np.ndarray, error: np.ndarray) -> Evenness:
     >>> found.mean, found.u0, round(found.u0_error, 3)
     (200.0, 0.5, 0.01)
     """
-    least, most, mean = int(np.argmin(lux)), int(np.argmax(lux)), float(np.mean(lux))
-    low, high, off = float(lux[least]), float(lux[most]), float(np.mean(error))
+    least, most = int(np.argmin(lux)), int(np.argmax(lux))
+    mean, off = (float(np.average(x, weights=weight)) for x in (lux, error))
+    low, high = float(lux[least]), float(lux[most])
     off_low, off_high = float(error[least]), float(error[most])
     u0, u0_error = _ratio(low, mean, off_low, off)
     ud, ud_error = _ratio(low, high, off_low, off_high)

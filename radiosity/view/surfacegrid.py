@@ -44,7 +44,7 @@ def surface_grid(
     """
     scene = solution.scene
     planes, step = surface_cells(scene, name, spacing, margin)
-    found = [_points_on(solution, p, step, margin) for p in planes]
+    found = [points_on(solution, p, step, margin) for p in planes]
     points, normals = (np.concatenate(x) for x in zip(*[f[:2] for f in found], strict=True))
     if not len(points):
         raise ValueError(
@@ -57,7 +57,7 @@ def surface_grid(
 
 def surface_cells(
     scene: Scene, name: str, spacing: float | None = None, margin: float = 0.0
-) -> tuple[list["_Plane"], np.ndarray]:
+) -> tuple[list["Plane"], np.ndarray]:
     """Return the planes of a surface and the sides (2,) of a cell of the largest one.
 
     See `surface_grid`, which lays the grid.
@@ -70,8 +70,8 @@ def surface_cells(
 
 
 @dataclass(frozen=True)
-class _Plane:
-    """Faces (m,) of one plane; in the axes (2, 3) from a corner (3,), their polygons (m, 4, 2)."""
+class Plane:
+    """Faces (m,) of one plane: in the axes (2, 3) from a corner (3,), their polygons (m, 4, 2)."""
 
     face: np.ndarray
     normal: np.ndarray
@@ -81,6 +81,7 @@ class _Plane:
 
     @property
     def sides(self) -> np.ndarray:
+        """Return (2,) how far the faces reach along both axes, scene units."""
         return self.polygons.max(axis=(0, 1))
 
 
@@ -95,7 +96,7 @@ def _named(scene: Scene, name):
     return np.flatnonzero(found)
 
 
-def _planes(scene: Scene, mine) -> list[_Plane]:
+def _planes(scene: Scene, mine) -> list[Plane]:
     """Return the planes that some faces lie in, each with the directions of its longest edge."""
     v, normal = scene.faces.vertices[mine], scene.faces.normals()[mine]
     middle = v.mean(axis=(0, 1))
@@ -112,11 +113,11 @@ def _planes(scene: Scene, mine) -> list[_Plane]:
         flat = (v[here] - middle) @ axes.T
         low = flat.min(axis=(0, 1))
         corner = middle + low @ axes + offset[here[0]] * normal[here[0]]
-        found.append(_Plane(mine[here], normal[here[0]], corner, axes, flat - low))
+        found.append(Plane(mine[here], normal[here[0]], corner, axes, flat - low))
     return found
 
 
-def _points_on(solution, plane: _Plane, step, margin):
+def points_on(solution, plane: Plane, step, margin):
     """Return the lit points (k, 3) of a plane's grid, their normals, and how many are not."""
     inner = plane.sides - 2 * margin
     flat, tried = np.empty((0, 2)), 0

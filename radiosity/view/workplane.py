@@ -20,8 +20,8 @@ def plane_grid(
 ) -> PointGrid:
     """Return the points of a horizontal plane that face up, over all of the scene.
 
-    Points count that have a floor: the first surface straight below shows them its front, and no
-    more than half of what they see all around are backs. That leaves out what lies inside of solid
+    Points count that have a floor: the first surface straight below shows them its front, and less
+    than half of what they see all around are backs. That leaves out what lies inside of solid
     bodies, outside of rooms and above their roofs, whether lamps are on or not. Where light falls
     on the side that is met below, points count in any case, so also in rooms turned inside out.
     Points nearer than the margin to anything that stands through the plane, or to the scene's ends,
@@ -50,10 +50,10 @@ def plane_grid(
     """
     scene = solution.scene
     points, spacing, margin = plane_cells(scene, height, spacing, margin)
-    up, flat = _axes(scene)
+    up, flat = plane_axes(scene)
     keep = _above_floor(solution, points, up)
     if margin > 0.0:
-        keep &= _distance(points[:, flat], _walls(scene, height, up, flat)) >= margin * (1 - 1e-9)
+        keep &= _distance(points[:, flat], walls_at(scene, height, up, flat)) >= margin * (1 - 1e-9)
     if not keep.any():
         raise ValueError(
             f"grid at height {height:g} {scene.unit}: none of its {len(points)} points lies above "
@@ -71,7 +71,7 @@ def plane_cells(
 
     See `plane_grid`, which takes those that count.
     """
-    up, flat = _axes(scene)
+    up, flat = plane_axes(scene)
     low, high = (f(scene.faces.vertices, axis=(0, 1)) for f in (np.min, np.max))
     if not low[up] <= height <= high[up]:
         raise ValueError(
@@ -88,7 +88,13 @@ def plane_cells(
     return points, tuple(float(x) for x in (sides - 2 * margin) / shape), margin
 
 
-def _axes(scene: Scene):
+def roofed(solution: Solution, grid: PointGrid) -> float:
+    """Return the share of a plane's points that have a surface straight above them."""
+    up, _ = plane_axes(solution.scene)
+    return float((_met(solution.surroundings, grid.points, np.eye(3)[up], up) >= 0).mean())
+
+
+def plane_axes(scene: Scene) -> tuple[int, list[int]]:
     """Return which axis points up, and the other two."""
     up = "xyz".index(scene.up)
     return up, [(up + 1) % 3, (up + 2) % 3]
@@ -123,7 +129,10 @@ def _backs(sides, turned):
 
 
 def _in_a_body(around, points, up, turned):
-    """Return (k,) bool: points to which more than half of what they see all around are backs."""
+    """Return (k,) bool: points to which half or more of what they see all around are backs.
+
+    Half it is on a floor within a body that has no bottom of its own: nothing else is below.
+    """
     k = np.arange(LOOKS) + 0.5
     height, turn = 1.0 - 2.0 * k / LOOKS, np.pi * (1.0 + 5.0**0.5) * k  # a spiral, about even
     across = np.sqrt(1.0 - height**2)
@@ -132,7 +141,7 @@ def _in_a_body(around, points, up, turned):
         sides = _met(around, points, d, up)
         backs += _backs(sides, turned)
         some += sides >= 0
-    return 2 * backs > some
+    return 2 * backs >= some
 
 
 def _inside_out(faces):
@@ -144,7 +153,7 @@ def _inside_out(faces):
     return ((shells.volume > 0) & about)[shells.of_face]
 
 
-def _walls(scene: Scene, height, up, flat):
+def walls_at(scene: Scene, height, up, flat):
     """Return (m, 2, 2): where faces stand on a plane or through it."""
     v = scene.faces.vertices
     above = v[:, :, up] - height
