@@ -193,8 +193,10 @@ def test_what_cannot_be_reached_ends_with_exit_code_1(tmp_path):
 
 
 def test_tradeoff_writes_a_table_and_a_plot(tmp_path):
-    """As JSON; test_readme.py runs it in words."""
-    process = radiosity("tradeoff", BOX, "--accuracy", "0.1", "--json", cwd=tmp_path)
+    """As JSON; test_manual.py runs it in words."""
+    process = radiosity(
+        "tradeoff", BOX, "--accuracy", "0.1", "--size", "48x48", "--json", cwd=tmp_path
+    )
     assert process.returncode == 0, process.stderr
     assert (tmp_path / "box6_tradeoff.png").stat().st_size > 5000
     told = json.loads(process.stdout)

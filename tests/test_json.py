@@ -56,6 +56,7 @@ ANSWERED = [
     ["render", FURNACE, *QUICK, "-o", "a.png", *FEW, "--false-colour", "log"],
     ["render", BOX, "-o", "a.npy", *FEW, "--method", "local"],
     ["view", BOX, *QUICK, "--screenshot", "a.png", *FEW],
+    ["view", BOX, *QUICK, "--html", "a.html"],
     ["probe", BOX, "points.csv", *QUICK],
     ["probe", BOX, *QUICK, "--grid", "1", "-o", "a.csv"],
     ["report", BOX, *QUICK, "--grid", "1", "--grid", "floor", "-o", "a.html", *FEW],

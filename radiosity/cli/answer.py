@@ -38,8 +38,10 @@ SOLVED = (
 )  # fmt: skip
 
 
-def pictured(solution, method: str, look, pictures: list[dict], seconds: float) -> dict[str, Any]:
-    """Return what is told of pictures; by methods other than gather nothing is solved."""
+def pictured(
+    solution, method: str, look, pictures: list[dict], seconds: float, page: str | None = None
+) -> dict[str, Any]:
+    """Return what is told of pictures, or of a page; only gather needs a solution."""
     scale = look.scale and {"maximum_cd_m2": look.scale.maximum, "decades": look.scale.decades}
     return {
         "scene": solution.scene.name,
@@ -48,7 +50,7 @@ def pictured(solution, method: str, look, pictures: list[dict], seconds: float) 
         "false_colour": scale,
         "pictures": pictures,
         "seconds": seconds,
-        "written": [picture["file"] for picture in pictures],
+        "written": [*(picture["file"] for picture in pictures), *([page] if page else [])],
     }
 
 

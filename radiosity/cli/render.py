@@ -101,7 +101,7 @@ def render(
         solution = view_by(method, shadows, given, asked, progress)
     look = d.Look.of(solution, exposure, false_colour, gamma)
     told = [
-        _rendered(solution, chosen, path, pixels, samples, look, quiet) for chosen, path in views
+        rendered(solution, chosen, path, pixels, samples, look, quiet) for chosen, path in views
     ]
     if as_json:
         answer.print_answer(
@@ -109,7 +109,7 @@ def render(
         )
 
 
-def _rendered(solution, camera, path, size, samples, look, quiet) -> dict:
+def rendered(solution, camera, path, size, samples, look, quiet) -> dict:
     """Gather and write a camera's picture; return what is told of it."""
     from radiosity.view.gather import render as gather
     from radiosity.view.image import write

@@ -23,7 +23,7 @@ def solve(
         str | None,
         typer.Option(
             "-o", "--output", metavar="FILE",
-            help="Save to .radsol (all of it), .vtp (ParaView), .glb, .csv or .npz.",
+            help="Save to .radsol (all of it), .vtp (ParaView), .glb, .html (page), .csv or .npz.",
             autocompletion=completion.files(*SUFFIXES),
             rich_help_panel=o.OUTPUT,
         ),
@@ -43,7 +43,8 @@ def solve(
         typer.Option(
             "--history",
             metavar="FILE",
-            help="Plot the solver's error bound after each iteration: .png, .pdf or .svg.",
+            help="Plot the solver's error bound after each iteration (of gmres and cg, band after "
+            "band): .png, .pdf or .svg.",
             rich_help_panel=o.OUTPUT,
         ),
     ] = None,

@@ -18,7 +18,7 @@ from radiosity.solve.adapt import smoothed
 from radiosity.solve.clustered import Clustered, grouped, under_other_light
 from radiosity.solve.estimate import Check, compare, unknown
 from radiosity.solve.level import Kept, Level, solve_level
-from radiosity.solve.system import lights_of
+from radiosity.solve.system import lights_of, make_terms
 
 MOST_GROUPS = 32  # each is as much to solve, and to keep, as the scene itself
 
@@ -122,8 +122,11 @@ def dimmed(solution, factors: Mapping[str, float]):
     shares, check = solution.shares, solution.check
     weights = [factors[name] for name in shares.names]
     scene = scaled(solution.scene, factors)
-    level = _lit(solution.level, scene, factors, _mixed(shares.level, weights))
-    other = Check(_lit(check.level, scene, factors, _mixed(shares.check, weights)), check.share)
+    level, other = (
+        _lit(x, scene, _dimmed_terms(x, scene, factors), _mixed(share, weights))
+        for x, share in ((solution.level, shares.level), (check.level, shares.check))
+    )
+    other = Check(other, check.share)
     known = np.isfinite(solution.estimate.reached)
 
     def judge():
@@ -148,11 +151,35 @@ def _mixed(shares, weights) -> Share:
     return Share(*sums)
 
 
-def _lit(level, scene: Scene, factors, share: Share):
-    """Return a level as the light of a dimmed scene has it."""
+def told_apart(solution) -> Level | Clustered:
+    """Return a solution's level with each of its ``groups`` in bands of their own, in that order.
+
+    What is gathered from it are the bands (k, groups bands) of one group after the other: as much
+    work as for all of the light together.
+
+    Raises
+    ------
+    ValueError
+        There are more than MOST_GROUPS groups.
+    """
+    shares, level = solution.shares, solution.level
+    if len(shares.names) < 2:
+        return level
+    scene = apart(solution.scene, shares.names)
+    beside = (np.concatenate([getattr(x, name) for x in shares.level], axis=1) for name in PARTS)
+    terms = make_terms(scene, level.reach.patches, level.reach.live)
+    return _lit(level, scene, terms, Share(*beside))
+
+
+def _dimmed_terms(level, scene, factors):
+    """Return a level's terms with what patches emit scaled."""
     material = scene.faces.material[level.reach.patches.face]
     emission = level.terms.emission * material_factors(scene, factors)[material][:, None]
-    terms = replace(level.terms, emission=emission)
+    return replace(level.terms, emission=emission)
+
+
+def _lit(level, scene: Scene, terms, share: Share):
+    """Return a level as the light of another scene of the same surfaces has it."""
     parts = {name: getattr(share, name) for name in ("coefficients", "arriving", "lamplight")}
     made = replace(
         level, scene=scene, terms=terms, kept=Kept(share.straight, share.escaping), **parts

@@ -1,8 +1,8 @@
 """Coherent light in pictures: what mirrors show and what is seen through clear bodies (E26).
 
-I = I_own + k_r I_r + k_t I_t: from where a sight line ends it goes on along the mirrored and the
-refracted direction, again and again, and at each end the light that leaves there is gathered as if
-the end were seen by itself.
+L = L_own + k_r L_r + k_t (n_here/n_there)^2 L_t: from where a sight line ends it goes on along the
+mirrored and the refracted direction, again and again, and at each end the light that leaves there
+is gathered as if the end were seen by itself.
 """
 
 from collections.abc import Callable

@@ -29,11 +29,11 @@ def check_suffix(path: str | PathLike, lightmap: int | None = None) -> None:
         The suffix is not one of the supported, which the message names, or has no ``lightmap``.
     """
     suffix = Path(path).suffix.lower()
-    if suffix not in _WRITERS:
+    if suffix not in (*_WRITERS, ".html"):
         raise ValueError(
             f"solution file {str(path)!r} has the suffix {suffix!r}; supported are "
             ".radsol (all of it, to be loaded again), .vtp (mesh for ParaView and pyvista), "
-            ".glb (model with baked colours), "
+            ".glb (model with baked colours), .html (page for any browser), "
             ".csv (one row a patch), .npz (numpy arrays)"
         )
     if lightmap is not None:
@@ -62,6 +62,8 @@ def save(
     `radiosity.view.baked.write_baked`, or with ``lightmap`` = N into N x N texels, which are
     written beside it too, see `radiosity.view.lightmap.save_lightmap`.
 
+    ``.html`` is a page that shows the solution in any browser, see `radiosity.view.page.page`.
+
     Raises
     ------
     ValueError
@@ -82,6 +84,11 @@ def save(
         from radiosity.view.lightmap import save_lightmap
 
         save_lightmap(solution, Path(path), lightmap, progress)
+        return
+    if Path(path).suffix.lower() == ".html":
+        from radiosity.view.page.page import write_page
+
+        write_page(solution, path, progress=progress)
         return
     with written_whole(path) as temporary:
         _WRITERS[Path(path).suffix.lower()](solution, temporary)

@@ -48,11 +48,14 @@ def compared_size(size: tuple[int, int]) -> tuple[int, int]:
 
 
 def picture_trials(
-    scene: Scene, accuracy: float, reference: Solution
+    scene: Scene, accuracy: float, reference: Solution, size: tuple[int, int] | None = None
 ) -> Iterator[PictureTrial]:
-    """Yield the methods' pictures of the first camera, compared with one of a finer solution."""
+    """Yield the methods' pictures of the first camera, compared with one of a finer solution.
+
+    Of ``size`` (w, h) in pixels, or the camera's own, made smaller by `compared_size`.
+    """
     camera = gather.find_camera(scene, None)
-    size = compared_size(camera.size)
+    size = size or compared_size(camera.size)
     best = gather.render(reference, camera, size=size, samples=REFERENCE_SAMPLES)
     ways = {
         "gather": lambda: solve(scene, accuracy),

@@ -1,0 +1,151 @@
+"""The display mesh of a page: a solution's surfaces with gathered light at their vertices."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radiosity.light.photometry import illuminance
+from radiosity.mesh.corners import between, weights
+from radiosity.solve.positive import not_negative
+from radiosity.solve.relight import told_apart
+from radiosity.solve.solution import Solution
+from radiosity.transport.curved import smooth_normals
+from radiosity.transport.lookup import coordinates_at
+from radiosity.transport.threads import Progress, silent
+from radiosity.view.detail import Detail
+from radiosity.view.page.looks import looks_of
+from radiosity.view.page.refine import Light, refined
+from radiosity.view.page.seams import fans_of
+from radiosity.view.polydata import shown_patches
+
+ALL = "all light"
+MOST, MOST_TRACED = 40_000, 10_000  # vertices, about; where rays follow light they take far longer
+
+
+@dataclass(frozen=True)
+class PageMesh:
+    """Triangles with light at their vertices.
+
+    Attributes
+    ----------
+    points : (k, 3) float64
+        Scene units.
+    patch : (k,) int
+        Of the solution.
+    uv : (k, 2) float64
+        Texture coordinates, 0 where there are none.
+    triangles : (t, 3) int
+        Counter-clockwise seen from the side that is shown.
+    groups : (g,) tuple of str
+        Of light, in the order of what follows.
+    lux : (k, g) float64
+        Illuminance by each group.
+    reflected : (k, g, 3) float64
+        Radiosity in W/m2 without emission, linear sRGB, of textures as of their means.
+    """
+
+    points: np.ndarray
+    patch: np.ndarray
+    uv: np.ndarray
+    triangles: np.ndarray
+    groups: tuple[str, ...]
+    lux: np.ndarray
+    reflected: np.ndarray
+
+
+def gathered_mesh(
+    solution: Solution, progress: Progress = silent, most: int | None = None
+) -> PageMesh:
+    """Return a solution's surfaces, fine enough that light is straight between the vertices.
+
+    See `radiosity.view.page.refine.refined` for what that is. ``most`` is about how many there may
+    be, MOST or, where light is followed by rays through mirrors and glass, MOST_TRACED if not
+    given.
+
+    Examples
+    --------
+    >>> import radiosity
+    >>> solution = radiosity.solve(radiosity.load("scenes/furnace.toml"), 0.1)
+    >>> mesh = gathered_mesh(solution)
+    >>> mesh.groups, set(mesh.lux.round().ravel().tolist())  # everywhere as much, 683 Y(E)
+    (('wall',), {2259.0})
+    """
+    look, patches = _Look(solution), solution.patches
+    if most is None:
+        most = MOST if solution.level.tracer is None else MOST_TRACED
+    cells, seen = refined(patches, shown_patches(solution), look, progress, most)
+    fans = fans_of(patches, cells, seen, look, progress)
+    uv = _uv(solution, fans.patch, fans.points)
+    light = fans.light
+    return PageMesh(
+        fans.points, fans.patch, uv, fans.triangles, look.groups, light.lux, light.reflected
+    )
+
+
+class _Look:
+    """Looks at light on patches of a solution, of each group by itself."""
+
+    def __init__(self, solution):
+        self.solution, self.looks = solution, looks_of(solution.scene)
+        self.groups = solution.groups if solution.can_dim else (ALL,)
+        self.groups = self.groups or (ALL,)
+        level = told_apart(solution) if solution.can_dim else solution.level
+        self.level = not_negative(level)
+
+    def __call__(self, patch, points, progress) -> Light:
+        """Return the `Light` at points (k, 3) of patches (k,)."""
+        solution, patches = self.solution, self.solution.patches
+        live, bands = solution.live[patch], solution.scene.bands
+        shape = len(points), len(self.groups), bands.count
+        e, error = np.zeros(shape), np.zeros((len(points), bands.count))
+        points, normals = self._on_curve(patch, points)
+        if live.any():
+            found = self.level.gathered(points[live], normals[live], _named(progress))
+            e[live] = np.maximum(found.total.reshape(-1, *shape[1:]), 0.0)
+            error[live] = found.error.reshape(-1, *shape[1:]).sum(axis=1)
+        material = solution.scene.faces.material[patches.face[patch]]
+        side = np.where(patches.front[patch], 0, 1)
+        sent = self.looks.reflects[side, material][:, None] * e
+        self._add_passed(sent, material, live, points, normals)
+        return Light(illuminance(e, bands), illuminance(error, bands), bands.to_rgb(sent))
+
+    def _add_passed(self, sent, material, live, points, normals):
+        """Add to what sheets send (k, g, bands) what comes through them from the other side."""
+        passes = self.looks.passes[material]
+        some = np.flatnonzero(live & passes.any(axis=1))
+        if len(some):
+            behind = self.level.gathered(points[some], -normals[some]).total
+            behind = np.maximum(behind, 0.0).reshape(len(some), *sent.shape[1:])
+            sent[some] += passes[some, None] * behind
+
+    def _on_curve(self, patch, points):
+        """Return points and the patches' normals (k, 3), of curves those of the curve itself.
+
+        A lamp then sets behind the curve, not behind the plane of a face.
+        """
+        scene, patches = self.solution.scene, self.solution.patches
+        own, face = patches.normal[patch], patches.face[patch]
+        if not scene.faces.is_curved.any():
+            return points, own
+        sides, table = np.where(patches.front[patch], 1.0, -1.0), self.solution.surroundings.table
+        smooth = smooth_normals(scene.faces, table, sides[:, None] * own, face, points)
+        return Detail(scene, table).raised(face, points, sides), sides[:, None] * smooth
+
+
+def _named(progress):
+    return lambda stage, done, total: progress("light for the page", done, total)
+
+
+def _uv(solution, patch, points):
+    """Return texture coordinates (k, 2) at points of patches."""
+    faces, found = solution.scene.faces, np.zeros((len(points), 2))
+    if faces.uv is None:
+        return found
+    face = solution.patches.face[patch]
+    some = np.flatnonzero(np.isfinite(faces.uv[face]).all(axis=(1, 2)))
+    if len(some):
+        table = solution.surroundings.table
+        st = coordinates_at(table, face[some], np.ascontiguousarray(points[some]))
+        weight = weights(st, faces.is_triangle[face[some]])
+        found[some] = between(faces.uv[face[some]], weight)
+    return found

@@ -1,0 +1,97 @@
+"""Every command and every example of the manual runs, and its links lead somewhere."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.glob("*.md"))
+BIN = Path(sys.executable).parent
+BLOCK = re.compile(r"^```(sh|python|toml)\n(.*?)^```", re.S | re.M)
+SAVED = re.compile(r"[Ss]ave this as `([\w.]+)`")
+# What is added to the commands of the gallery, whose pictures are large.
+SMALL = {
+    "render": "--size 24x24", "glass_ball": "--mesh 1 --order 0",
+    "tradeoff": "--accuracy 0.1 --size 24x24",
+}  # fmt: skip
+
+
+def steps(page):
+    """Return what a page has the reader do: (kind, text), files to be saved with their names."""
+    text, found = page.read_text(), []
+    for block in BLOCK.finditer(text):
+        before = text[: block.start()].rstrip().splitlines()[-1:]
+        name = SAVED.search("".join(before))
+        if block[1] == "toml" and name:
+            found.append((name[1], block[2]))
+        elif block[1] != "toml":
+            found.append((block[1], block[2]))
+    return found
+
+
+def shortened(line):
+    """Return a command of the gallery at a small size."""
+    added = [more for key, more in SMALL.items() if key in line]
+    return " ".join([line, *added])
+
+
+def run(command, folder):
+    path = os.pathsep.join([str(BIN), os.environ["PATH"]])
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, timeout=600,
+        env={**os.environ, "PATH": path, "DISPLAY": "", "WAYLAND_DISPLAY": ""},
+    )  # fmt: skip
+    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if steps(p)], ids=lambda p: p.stem)
+def test_a_reader_can_do_what_the_page_says(page, tmp_path):
+    """In a folder with the scenes, block by block; examples in Python go on from each other."""
+    shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
+    examples = ""
+    for kind, text in steps(page):
+        if kind == "python":
+            examples += text
+        elif kind == "sh":
+            if page.stem == "gallery":
+                text = "\n".join(map(shortened, text.strip().splitlines()))
+            run(["bash", "-euc", text], tmp_path)
+        else:
+            (tmp_path / kind).write_text(text)
+    if examples:
+        run([sys.executable, "-c", examples], tmp_path)
+
+
+def test_commands_stand_where_they_are_run():
+    """Not in blocks of text, which only show what is printed."""
+    for page in PAGES:
+        text = BLOCK.sub("", page.read_text())
+        assert not re.search(r"^ {4}(radiosity|python) ", text, re.M), page.name
+
+
+@pytest.mark.parametrize(
+    "page", [*PAGES, ROOT / "README.md", ROOT / "CHANGELOG.md"], ids=lambda p: p.stem
+)
+def test_links_lead_somewhere(page):
+    for target, anchor in re.findall(r"\]\(([^)#\s]*)(#[^)\s]*)?\)", page.read_text()):
+        if target.startswith(("http:", "https:")):
+            continue
+        place = page.parent / target if target else page
+        assert place.exists(), f"{page.name}: {target}"
+        if anchor:
+            heads = re.findall(r"^#+ (.*)$", place.read_text(), re.M)
+            slugs = {re.sub(r"[^\w\- ]", "", h.lower()).replace(" ", "-") for h in heads}
+            tags = set(re.findall(r"\\tag\{(\w+)\}", place.read_text()))
+            assert anchor[1:] in slugs | tags, f"{page.name}: {target}{anchor}"
+
+
+def test_every_page_is_in_the_contents():
+    listed = re.findall(r"```\{toctree\}.*?```", (DOCS / "index.md").read_text(), re.S)
+    words = set(re.findall(r"^(?:.*<)?([\w./]+)>?$", "\n".join(listed), re.M))
+    assert {p.stem for p in PAGES} - {"index"} <= words
