@@ -34,6 +34,8 @@ html_css_files = ["manual.css"]
 html_copy_source = False
 
 default_role = "py:obj"  # of `names` in docstrings
+smartquotes = False  # options begin with two dashes
+autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings give them, with shapes and units
 napoleon_google_docstring = False
@@ -43,11 +45,17 @@ add_module_names = False
 # radiosity.solve is a room and a function: its page names the function.
 nitpick_ignore_regex = [("py:.*", r"(?!radiosity\.(?!solve$)\w+$).*")]
 
+_FUNCTION = re.compile(r"<mi>(sin|cos|tan|ln|log|exp|min|max)</mi>")
 _TAG = re.compile(r"\\tag\{(\w+)\}")
 
 
+def _mathml(latex, **options):
+    """Return MathML, with names of functions set apart."""
+    return _FUNCTION.sub(r'<mi class="function">\1</mi>', convert(latex, **options))
+
+
 def _inline(writer, node):
-    writer.body.append(convert(node.astext()))
+    writer.body.append(_mathml(node.astext()))
 
 
 def _display(writer, node):
@@ -56,7 +64,7 @@ def _display(writer, node):
     tag = _TAG.search(text)
     number = tag[1] if tag else ""
     anchor = f' id="{number}"' if tag else ""
-    shown = convert(_TAG.sub("", text).strip(), display="block")
+    shown = _mathml(_TAG.sub("", text).strip(), display="block")
     told = f'<span class="eqno">({escape(number)})</span>' if tag else ""
     writer.body.append(f'<div class="equation"{anchor}>{shown}{told}</div>')
 

@@ -28,10 +28,15 @@ def test_examples(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", radiosity.__all__)
-def test_public_names_have_an_example(name):
+def test_examples_of_public_names_can_be_pasted(name, tmp_path, monkeypatch):
+    """They import what they use, and run in a folder with the scenes."""
+    shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
+    monkeypatch.chdir(tmp_path)
     described = getattr(radiosity, name)
     text = described.__call__.__doc__ if name == "solve" else described.__doc__
-    assert ">>>" in text and "+SKIP" not in text
+    example = doctest.DocTestParser().get_doctest(text, {}, name, None, None)
+    found = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example)
+    assert found.attempted > 0 and found.failed == 0 and "+SKIP" not in text
 
 
 def test_the_scene_of_the_manual_loads(tmp_path):

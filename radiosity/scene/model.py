@@ -25,9 +25,12 @@ class SceneError(ValueError):
 
     Examples
     --------
-    >>> raise SceneError("room.toml", ["unit = 'yd' must be one of m, cm, mm, in, ft"])
-    Traceback (most recent call last):
-    radiosity.scene.model.SceneError: room.toml: unit = 'yd' must be one of m, cm, mm, in, ft
+    >>> import radiosity
+    >>> try:
+    ...     scene = radiosity.load("scenes/box.toml")
+    ... except radiosity.SceneError as error:
+    ...     print(error)
+    scenes/box.toml: does not exist: did you mean box6.toml?
     """
 
     def __init__(self, source: str, problems: list[str]):
@@ -64,6 +67,8 @@ class Material:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from radiosity import Material
     >>> white = Material("white", np.full(3, 0.8), np.full(3, 0.2), np.zeros(3))
     >>> white.emits
     False
@@ -125,6 +130,8 @@ class Camera:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from radiosity import Camera
     >>> eye, at, up = np.array([0.0, -3, 1]), np.array([0.0, 0, 1]), np.array([0.0, 0, 1])
     >>> Camera("front", eye, at, up, 40.0, (64, 48)).size
     (64, 48)
@@ -191,6 +198,9 @@ class Scene:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from radiosity import Material, Scene
+    >>> from radiosity.mesh.faces import Faces
     >>> white = Material("white", np.full(3, 0.8), np.full(3, 0.2), np.ones(3))
     >>> square = np.array([[[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]])
     >>> scene = Scene("square", Faces.from_polygons(square, 0, 0), (white,), ("all",))

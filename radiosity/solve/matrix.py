@@ -75,10 +75,11 @@ def form_factors(
 
     Examples
     --------
+    >>> import radiosity
     >>> import trimesh
     >>> room = trimesh.creation.box()
     >>> _ = room.invert()
-    >>> F = form_factors(room, accuracy=1e-6)
+    >>> F = radiosity.form_factors(room, accuracy=1e-6)
     >>> F.shape, bool(abs(F.row_sums() - 1).max() < 1e-12)
     ((12, 12), True)
     """

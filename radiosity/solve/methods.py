@@ -29,6 +29,7 @@ class NotConverged(RuntimeError):
 
     Examples
     --------
+    >>> from radiosity import NotConverged
     >>> raise NotConverged("Jacobi", [0.5, 0.1], 1e-3)
     Traceback (most recent call last):
     radiosity.solve.methods.NotConverged: Jacobi stopped at an error bound of 1.00e-01 after 2 ...

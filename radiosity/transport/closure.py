@@ -29,6 +29,9 @@ class NotClosable(RuntimeError):
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from radiosity import FormFactors
+    >>> from radiosity.transport.closure import repaired
     >>> repaired(FormFactors(np.array([[0, 1.0], [1.0, 0]]), np.array([1.0, 3.0])))
     Traceback (most recent call last):
     radiosity.transport.closure.NotClosable: row 0 of the form factors sums to 1 ...

@@ -57,6 +57,8 @@ class FormFactors(LinearOperator):
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from radiosity import FormFactors
     >>> F = FormFactors(np.array([[0, 1.0], [1.0, 0]]), np.array([1.0, 2.0]))  # A_i F_ij, A_i
     >>> F @ np.array([3.0, 4.0])
     array([4. , 1.5])

@@ -75,8 +75,8 @@ def save(
     --------
     >>> import radiosity
     >>> solution = radiosity.solve(radiosity.load("scenes/box6.toml"), 0.1)
-    >>> save(solution, "room.csv")
-    >>> Path("room.csv").read_text()[:11]
+    >>> radiosity.save(solution, "room.csv")
+    >>> open("room.csv").read()[:11]
     'index,face,'
     """
     check_suffix(path, lightmap)

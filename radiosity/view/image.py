@@ -41,6 +41,8 @@ class Image:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from radiosity import Image
     >>> Image(np.ones((2, 3, 3)), exposure=0.5).pixels.dtype
     dtype('float32')
     """
@@ -183,7 +185,9 @@ def write(
 
     Examples
     --------
-    >>> write(Image(np.ones((2, 3, 3))), "grey.exr")
+    >>> import numpy as np
+    >>> import radiosity
+    >>> radiosity.write(radiosity.Image(np.ones((2, 3, 3))), "grey.exr")
     """
     suffix = check_suffix(path, gamma, scale is not None)
     with written_whole(path) as temporary:

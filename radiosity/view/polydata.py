@@ -67,7 +67,7 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
     Examples
     --------
     >>> import radiosity
-    >>> mesh = to_pyvista(radiosity.solve(radiosity.load("scenes/box6.toml"), 0.1))
+    >>> mesh = radiosity.to_pyvista(radiosity.solve(radiosity.load("scenes/box6.toml"), 0.1))
     >>> mesh.n_cells == len(mesh.cell_data["illuminance_lx"])  # plot(scalars="illuminance_lx")
     True
     """

@@ -65,9 +65,9 @@ def plot(
     --------
     >>> import radiosity
     >>> solution = radiosity.solve(radiosity.load("scenes/box6.toml"), 0.1)
-    >>> plot(solution, size=(64, 48), inline=True, samples=8)
+    >>> radiosity.plot(solution, size=(64, 48), inline=True, samples=8)
     <camera inside, 64 x 48>
-    >>> plot(solution, size=(64, 48), off_screen=True).shape
+    >>> radiosity.plot(solution, size=(64, 48), off_screen=True).shape
     (48, 64, 3)
     """
     from radiosity.view import notebook
