@@ -169,7 +169,8 @@ def test_names_are_text_and_nothing_else(tmp_path):
 
 def test_a_dark_scene_without_cameras_is_told(tmp_path):
     told, page, _ = written(radiosity.solve(scene(box((0, 0, 0), (3, 3, 3)), 0.5), 0.2), tmp_path)
-    assert "no camera" in page.text and "Nothing in the scene shines" in page.text
+    assert "There is no picture: the scene has no camera" in page.text
+    assert "Nothing in the scene shines" in page.text
     assert [z.found.mean for z in told.grids] == [0, 0] and not told.surfaces
     assert "No light falls on m0, m1" in page.text
     json.dumps(told.as_dict())

@@ -1,6 +1,5 @@
 """Progress bars with time left, and remarks; both on stderr."""
 
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,10 +11,10 @@ from radiosity.transport.threads import Progress, silent
 def progress_bars(quiet: bool) -> Iterator[Progress]:
     """Yield a function ``(stage, done, total)`` that draws a bar a stage on a terminal.
 
-    Not on one that cannot move its cursor (``TERM=dumb``); without colours where ``NO_COLOR`` is
-    set, which rich sees to.
+    rich draws none where the cursor cannot be moved (``TERM=dumb``), and no colours where
+    ``NO_COLOR`` is set.
     """
-    if quiet or not sys.stderr.isatty() or os.environ.get("TERM") in ("dumb", "unknown"):
+    if quiet or not sys.stderr.isatty():
         yield silent
         return
     from rich.console import Console

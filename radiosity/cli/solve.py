@@ -43,7 +43,8 @@ def solve(
         typer.Option(
             "--history",
             metavar="FILE",
-            help="Plot the solver's error bound after each iteration: .png, .pdf or .svg.",
+            help="Plot the solver's error bound after each iteration (of gmres and cg, band after "
+            "band): .png, .pdf or .svg.",
             rich_help_panel=o.OUTPUT,
         ),
     ] = None,

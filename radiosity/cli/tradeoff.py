@@ -19,7 +19,7 @@ PICTURE_HEAD = ("picture by", "time s", "error, rms", "  file")
 PICTURE_WIDTHS = (26, 9, 12, 0)
 SOLVER_HEAD = ("solver", "iterations", "time s", "error bound")
 SOLVER_WIDTHS = (16, 12, 10, 13)
-BEST, COMPARED = 0.003, 0.02  # accuracies by default: the best measured, and of solvers
+BEST, OF_SOLVERS = 0.003, 0.02  # accuracies by default
 
 
 def tradeoff(
@@ -56,7 +56,7 @@ def tradeoff(
         str | None,
         typer.Option(
             "--size", metavar="WxH",
-            help="Pixels of the pictures compared; the camera's, at most 160 a side, by default.",
+            help="Pixels of the pictures; if not given, the camera's, at most 160 a side.",
             rich_help_panel=o.PICTURE,
         ),
     ] = None,
@@ -81,7 +81,7 @@ def tradeoff(
     """
     begun, asked = clock.perf_counter(), accuracy
     if asked is None:
-        asked = COMPARED if solvers else BEST
+        asked = OF_SOLVERS if solvers else BEST
     target = output or f"{Path(scene).stem}_{'solvers' if solvers else 'tradeoff'}.png"
     o.check_plot("-o", target)
     pixels = _picture_size(size, solvers)
@@ -94,13 +94,13 @@ def tradeoff(
     model = load_scene(scene, "auto", Reading(bands, ambient, unit, up), quiet, asked)
     o.use_threads(threads)
     measure = _compare_solvers if solvers else partial(_measure, pixels)
-    told = measure(model, asked, target, not as_json, quiet)
+    told = measure(model, asked, target, _keep_quiet if as_json else _say, quiet)
     remark(f"wrote {target}", quiet)
     if as_json:
-        seconds = clock.perf_counter() - begun
+        written = [target, *(picture["file"] for picture in told.get("pictures", []))]
         print_answer({
             "scene": model.name, "accuracy": asked, **NOTHING, **told, "plot": target,
-            "seconds": seconds,
+            "seconds": clock.perf_counter() - begun, "written": written,
         })  # fmt: skip
 
 
@@ -114,14 +114,13 @@ def _picture_size(text, solvers):
 NOTHING = {"reference": None, "trials": [], "pictures": [], "solvers": []}
 
 
-def _measure(size, model, accuracy, target, shown, quiet) -> dict:
+def _measure(size, model, accuracy, target, say, quiet) -> dict:
     """Return trials and pictures, shown as they come; write plot and pictures."""
     from radiosity.solve.tradeoff import make_reference, trials
     from radiosity.view.plot import plot_tradeoff
 
     reference = make_reference(model, accuracy)
     remark(f"reference: {o.percent(reference.estimated)} estimated for 95 % of it", quiet)
-    say = _say if shown else _keep_quiet
     say(_line(HEAD, WIDTHS))
     found = []
     for trial in trials(model, accuracy, reference):
@@ -152,21 +151,22 @@ def _pictures(model, accuracy, reference, target, size, say):
     return pictures, told
 
 
-def _compare_solvers(model, accuracy, target, shown, quiet) -> dict:
+def _compare_solvers(model, accuracy, target, say, quiet) -> dict:
     """Return all solvers on one mesh, shown as they come; write the plot."""
     from radiosity.solve.solve import solve
     from radiosity.solve.tradeoff import solver_trials
     from radiosity.view.plot import plot_histories
 
     solution = solve(model, accuracy, order=0)
-    say, found, count = _say if shown else _keep_quiet, [], len(solution.patches)
+    found, count = [], len(solution.patches)
     remark(f"solved {model.name}: {count} patches, constant elements", quiet)
     say(_line(SOLVER_HEAD, SOLVER_WIDTHS))
     for trial in solver_trials(solution):
         found.append(trial)
         say(solver_row(trial))
-    histories = {t.solver: t.history for t in found if t.solver != "direct"}  # does not iterate
-    plot_histories(histories, model.name, target, solution.level.recipe.tolerance)
+    iterate = [t for t in found if len(t.history) > 1] or found
+    histories, tolerance = {t.solver: t.history for t in iterate}, solution.level.recipe.tolerance
+    plot_histories(histories, model.name, target, tolerance)
     told = [asdict(t) | {"patches": count, "iterations": len(t.history)} for t in found]
     return {"solvers": told}
 

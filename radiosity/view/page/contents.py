@@ -71,7 +71,7 @@ def _pack(packer, solution, mesh) -> list[dict]:
 
 
 def _materials(solution, mesh) -> list[dict]:
-    """Return what is to be known of each material, emission of fronts by groups of light."""
+    """Return what is to be known of each material, emission of fronts by light groups."""
     scene, looks, found = solution.scene, looks_of(solution.scene), []
     for k, m in enumerate(scene.materials):
         mine = m.name if m.name in mesh.groups else mesh.groups[0]

@@ -30,7 +30,7 @@ Look = Callable[[np.ndarray, np.ndarray, Progress], "Light"]  # of patches (k,),
 
 @dataclass(frozen=True)
 class Light:
-    """What is seen at k points, of each of g groups of light.
+    """What is seen at k points, of each of g light groups.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ def refined(
 
 
 def _means(cells, seen):
-    """Return (g + 1,) the mean illuminance of each group of light and of all, lx."""
+    """Return (g + 1,) the mean illuminance of each light group and of all, lx."""
     area = cells.areas(seen.patches)
     lux = _with_all(seen.light.lux[seen.at(cells)[:, 8]])
     return np.average(lux, axis=0, weights=area)

@@ -11,7 +11,7 @@ from radiosity.view.report.zones import Zone
 from radiosity.view.surfacegrid import points_on, surface_cells
 from radiosity.view.workplane import plane_axes, plane_cells, plane_grid, walls_at
 
-FINE = 72  # cells along the longer side of a map
+FINE = 56  # cells along the longer side of a map
 UPRIGHT = 0.99  # cosine to the vertical beyond which a plane is seen from above
 ABOVE = {"x": "yz", "y": "xz", "z": "xy"}  # axes to the right and, of y downwards, up, by `up`
 
@@ -100,7 +100,8 @@ def _filled(solution, shape, cell, points, normals):
     """Return (n, m) illuminances of cells (k, 2), nan in all others."""
     found = np.full(tuple(shape), np.nan)
     if len(points):
-        lux = illuminance(solution.irradiance(points, normals)[0], solution.scene.bands)
+        arriving = solution.level.gathered(points, normals).total  # no error is shown
+        lux = illuminance(arriving, solution.scene.bands)
         found[tuple(np.clip(cell, 0, shape - 1).T)] = lux
     return found
 

@@ -98,7 +98,8 @@ def _shining(figures):
 
 def _pictures(figures, pictures) -> str:
     if not pictures:
-        return _section("Pictures", line("The scene has no camera, so there is no picture."))
+        said = "There is no picture: the scene has no camera, or none was asked for."
+        return _section("Pictures", line(said))
     shown = "\n".join(
         _figure(_inline(png(image.shown())), f"Camera {told.camera}", _caption(told))
         for image, told in zip(pictures, figures.pictures, strict=True)

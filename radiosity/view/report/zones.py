@@ -15,7 +15,7 @@ from radiosity.view.workplane import plane_cells, plane_grid, roofed
 DESK = 0.75  # metres over the lowest point
 ROOM = 2.0, 1.5  # metres that a room is high and wide at least
 UNDER_ROOF = 0.5  # of the points of a room's plane
-MOST_FACES, MOST_POINTS = 200, 20000  # of a surface that gets a grid
+MOST_FACES, MOST_POINTS = 200, 5000  # of a surface that gets a grid
 
 
 @dataclass(frozen=True)
