@@ -1,6 +1,7 @@
 """``radiosity view``."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -46,15 +47,16 @@ def view(
 ) -> None:
     """Solve a scene and look at it in an interactive window.
 
+    The window opens at once and shows light spreading while it is solved; key h lists its keys.
     Without a display the gathered picture is written instead.
 
     Example: radiosity view scenes/cornell_box.toml
     """
     from radiosity.cli.render import noise_words
     from radiosity.transport.files import check_place
-    from radiosity.view.gather import find_camera, picture_size, render
+    from radiosity.view.gather import find_camera, picture_size
     from radiosity.view.image import write
-    from radiosity.view.window import display_available, show
+    from radiosity.view.window import display_available, show_solving
 
     target = screenshot or f"{Path(scene).stem}.png"
     d.check_display(target, exposure, None, false_colour)
@@ -64,19 +66,37 @@ def view(
     asked = Asked(accuracy, mesh, order, solver, force, time, seed, memory, threads, quiet)
     check_method(method, shadows, asked)
     given = load_given(context, scene, asked, Reading(bands, ambient, unit, up), dim)
-    model = scene_of(given)
-    chosen = find_camera(model, camera)
-    picture_size(chosen, pixels, model.bands)
-    shown = screenshot is None and display_available()
-    with progress_bars(quiet) as progress:
-        solution = view_by(method, shadows, given, asked, progress)
-        if not shown:
-            image = render(solution, chosen, size=pixels, samples=samples, progress=progress)
-    scale = false_colour and false_colour.of(solution)
-    if shown:
-        show(solution, chosen, pixels, samples=samples, exposure=exposure.of(solution), scale=scale)
+    chosen = find_camera(scene_of(given), camera)
+    picture_size(chosen, pixels, scene_of(given).bands)
+    work = partial(view_by, method, shadows, given, asked)
+    if screenshot is None and display_available():
+        tones = _tones(exposure, false_colour)
+        show_solving(scene_of(given), work, chosen, pixels, samples=samples, tones=tones)
         return
+    image, scale = _gather(work, chosen, pixels, samples, exposure, false_colour, quiet)
     if screenshot is None:
         remark("no display: the picture is gathered and written instead of shown", quiet)
-    write(replace(image, exposure=exposure.of(solution)), target, scale=scale)
+    write(image, target, scale=scale)
     remark(f"wrote {target}{noise_words(image)}", quiet)
+
+
+def _tones(exposure, false_colour):
+    """Return what tells how a solution is shown at first."""
+
+    def tones(solution):
+        from radiosity.view.tones import Tones
+
+        return Tones(exposure.of(solution), false_colour and false_colour.of(solution))
+
+    return tones
+
+
+def _gather(work, camera, pixels, samples, exposure, false_colour, quiet):
+    """Return the gathered picture, exposed, and the scale of its false colours."""
+    from radiosity.view.gather import render
+
+    with progress_bars(quiet) as progress:
+        solution = work(progress)
+        image = render(solution, camera, size=pixels, samples=samples, progress=progress)
+    exposed = replace(image, exposure=exposure.of(solution))
+    return exposed, false_colour and false_colour.of(solution)
