@@ -138,17 +138,16 @@ class Panels:
         self._hud.put("mark", round(place[0] - wide / 2), round(place[1] - high / 2), size[1])
 
     def _put(self, name, rows, line, size, left, top, solid=False):
-        """Put a panel at an edge, negative numbers counting from the right or the bottom.
+        """Put a panel at an edge, or in the middle; see `_start`.
 
         Returns the width and height that it takes, with a margin; 0 where it has no rows.
         """
         if not rows:
             self._hud.hide([name])
             return 0, 0
-        wide, high = self._hud.draw(name, (rows, line), lambda: panel(rows, line, solid), 3 if solid else 2)
-        x = (size[0] - wide) // 2 if left is None else left if left >= 0 else size[0] + left - wide
-        y = (size[1] - high) // 2 if top is None else top if top >= 0 else size[1] + top - high
-        self._hud.put(name, x, y, size[1])
+        layer = 3 if solid else 2
+        wide, high = self._hud.draw(name, (rows, line), lambda: panel(rows, line, solid), layer)
+        self._hud.put(name, _start(left, wide, size[0]), _start(top, high, size[1]), size[1])
         return wide + MARGIN, high + MARGIN
 
     def _put_scale(self, display, line, size, top):
@@ -162,6 +161,13 @@ class Panels:
         made = self._hud.draw("scale", key, lambda: scale_panel(scale, levels, title, height, line))
         self._hud.put("scale", size[0] - MARGIN - made[0], top, size[1])
         return made[0] + MARGIN
+
+
+def _start(offset, extent, whole):
+    """Return where something begins: negative offsets count from the end, None is the middle."""
+    if offset is None:
+        return (whole - extent) // 2
+    return offset if offset >= 0 else whole + offset - extent
 
 
 def _wrapped(notes, room):

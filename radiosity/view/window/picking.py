@@ -145,7 +145,7 @@ class Pick:
 
     def __init__(self):
         """Pick nothing as yet."""
-        self.place, self.lines, self._reading = None, [], None
+        self.clear()
 
     @property
     def measuring(self) -> bool:
@@ -188,4 +188,4 @@ class Pick:
 
     def clear(self) -> None:
         """Forget the point."""
-        self.__init__()
+        self.place, self.lines, self._reading = None, [], None
