@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radiosity.mesh.interpolation import corner_values, find_neighbours, gradients
+from radiosity.mesh.interpolation import corner_matrix, find_neighbours
 from radiosity.scene.model import Scene
 from radiosity.solve.solution import Solution
 from radiosity.view.camera import basis
@@ -28,17 +28,20 @@ class Corners:
         """Find which patches meet at each corner, once for all values."""
         patches = solution.patches
         kind = solution.scene.faces.material[patches.face]
-        self._patches, self._around = patches, find_neighbours(patches, solution.live, kind)
+        around = find_neighbours(patches, solution.live, kind)
         self.shown = shown_patches(solution)
         vertices = patches.vertices[self.shown]
         self._used, self.cells = cells_of(vertices)
         self.points = vertices[self._used]
+        corners = (4 * self.shown[:, None] + np.arange(4))[self._used]
+        self._matrix = corner_matrix(patches, around)[corners]
 
     def smooth(self, values: np.ndarray) -> np.ndarray:
-        """Return (p, bands) of values (n, bands) of the patches, smooth across cells."""
-        slopes = gradients(self._patches, self._around, values)
-        corners = corner_values(self._patches, self._around, values, slopes)
-        return corners[self.shown][self._used]
+        """Return (p, bands) of values (n, bands) of the patches, smooth across cells.
+
+        Linear in the values; at corners near the dark some may be a little below 0.
+        """
+        return self._matrix @ values
 
     def flat(self, values: np.ndarray) -> np.ndarray:
         """Return (p,) of values (n,) of the patches, the same at all corners of one."""

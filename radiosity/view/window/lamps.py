@@ -52,10 +52,11 @@ class Lamps:
 
     def at_corners(self) -> tuple[np.ndarray, np.ndarray]:
         """Return radiosity and irradiance (p, bands) in W/m2 at the corners, in this light."""
-        if not self.changed or self._parts is None or self._parts.result is None:
-            return self._all
-        weighted = [(self.factors[name], parts) for name, parts in self._parts.result.items()]
-        return tuple(sum(factor * parts[k] for factor, parts in weighted) for k in range(2))
+        found = self._all
+        if self.changed and self._parts is not None and self._parts.result is not None:
+            weighted = [(self.factors[name], part) for name, part in self._parts.result.items()]
+            found = [sum(factor * part[k] for factor, part in weighted) for k in range(2)]
+        return tuple(np.maximum(x, 0.0) for x in found)
 
     @property
     def solution(self):

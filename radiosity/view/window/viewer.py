@@ -60,6 +60,7 @@ class Window:
         What lies over all.
     walk : Walk
     mouse : Mouse
+    commands : Commands
     """
 
     def __init__(
@@ -99,6 +100,7 @@ class Window:
         self.panels, self._saving, self._message = Panels(self.hud), None, ("", 0.0)
         extent = np.linalg.norm(np.ptp(self.scene.faces.vertices, axis=(0, 1)))
         self.walk = Walk(self.plotter, self.scene.up, float(extent))
+        self.commands = Commands(self)
         self._stale = self._measure_again = self._waiting = False
         self._looked = self._told = self._next = 0.0
         self.answer = None
@@ -115,9 +117,9 @@ class Window:
         self.plotter.enable_terrain_style(mouse_wheel_zooms=True, shift_pans=True)
         self.plotter.iren.clear_key_event_callbacks()
         self.plotter.iren.style.AddObserver("CharEvent", lambda *_: None)
-        commands, interactor = Commands(self), self.plotter.iren.interactor
-        Keyboard(interactor, commands)
-        self.mouse = Mouse(interactor, commands, self.hud)
+        interactor = self.plotter.iren.interactor
+        Keyboard(interactor, self.commands)
+        self.mouse = Mouse(interactor, self.commands, self.hud)
         look_from(self.plotter, self.home, self.scene.faces.vertices)
         self._seen, self._since = None, time.monotonic()
         self.plotter.renderer.AddObserver("StartEvent", lambda *_: self._prepare())
