@@ -147,7 +147,7 @@ def test_exposure_goes_by_stops_and_scales_by_round_ends(lit):
     first = look.scale(lit)
     assert first == illuminance_scale(lit) and first.unit == "lx"
     look.step(up=True)
-    assert look.scale(lit).maximum == 2 * first.maximum or look.scale(lit).maximum > first.maximum
+    assert 1.5 * first.maximum < look.scale(lit).maximum < 3 * first.maximum
     look.adapt(0.4)
     assert look.scale(lit) == first and look.exposure == pytest.approx(0.4)
     look.logarithmic = True
@@ -330,8 +330,9 @@ def test_an_exposed_picture_is_gathered_once(opened, monkeypatch):
     image = opened.gathered.image
     for _ in range(3):
         press(opened, "plus")
-    opened.tick()
-    assert opened.finished and opened.gathered.image is image
+    assert not opened.finished
+    settle(opened, lambda win: win.finished)
+    assert opened.gathered.image is image
     shown = np.asarray(opened.plotter.screenshot(return_img=True))[100:300, 150:350, :3]
     exposure = opened.display.look.exposure
     assert exposure == pytest.approx(opened.display.look.automatic * 2**1.5)

@@ -7,6 +7,7 @@ from radiosity.view import gather
 from radiosity.view.image import Image
 from radiosity.view.progressive import Cover, Job
 from radiosity.view.tones import Tones
+from radiosity.view.window.later import Later
 
 REST = 0.5  # seconds without movement after which a view is gathered
 
@@ -26,6 +27,8 @@ class Gathering:
         self._cover, self._samples = Cover(renderer, 0), samples
         self._turn, self._job = threading.Lock(), None
         self.image: Image | None = None
+        self._tones = self._toning = None  # those asked for, and a picture that is being given them
+        self._shown = None  # image and tones of the picture that covers the window
 
     @property
     def begun(self) -> bool:
@@ -35,7 +38,7 @@ class Gathering:
     @property
     def finished(self) -> bool:
         """Return whether the view is gathered with all samples and shown."""
-        return self.begun and self._job.finished and self._cover.visible
+        return self.begun and self._job.finished and self._is_shown()
 
     @property
     def progress(self) -> tuple[int, int] | None:
@@ -44,12 +47,13 @@ class Gathering:
             return None
         return self._job.done, self._job.total
 
-    def start(self, solution, camera: Camera) -> None:
+    def start(self, solution, camera: Camera, tones: Tones) -> None:
         """Gather a view, in a thread."""
+        self._tones = tones
         self._job = Job(solution, camera, self._samples, self._turn)
 
-    def hear(self, tones: Tones) -> bool:
-        """Show the newest picture; return whether there was a new one.
+    def hear(self) -> bool:
+        """Show the newest picture in its tones, which a thread finds; return whether it changed.
 
         Raises
         ------
@@ -62,22 +66,38 @@ class Gathering:
             error = self._job.error
             self.drop()
             raise error
-        image = self._job.newest()
-        if image is None:
-            return False
-        self.image = image
-        self.show(tones)
-        return True
+        self.image = self._job.newest() or self.image
+        changed, toning = False, self._toning
+        if toning is not None and toning.ready:
+            self._toning = None
+            if toning.error is not None:
+                raise toning.error
+            picture, self._shown = toning.result
+            self._cover.show(picture)
+            changed = True
+        if self._toning is None and self.image is not None and not self._is_shown():
+            image, tones = self.image, self._tones
+            self._toning = Later(lambda: (tones.picture(image), (image, tones)))
+        return changed
 
-    def show(self, tones: Tones) -> None:
-        """Show the picture in other tones."""
-        if self.image is not None:
-            self._cover.show(tones.picture(self.image))
+    def retone(self, tones: Tones) -> None:
+        """Show the picture in other tones, soon."""
+        self._tones = tones
+
+    def _is_shown(self):
+        """Return whether the newest picture is shown, in the tones asked for."""
+        shown = self._shown
+        return shown is not None and shown[0] is self.image and shown[1] == self._tones
+
+    def uncover(self) -> None:
+        """Show the surfaces until there is another picture."""
+        self._cover.hide()
+        self._shown = None
 
     def drop(self) -> threading.Thread | None:
         """Uncover the surfaces; return the thread, which ends within its pass, if there is one."""
-        job, self._job, self.image = self._job, None, None
-        self._cover.hide()
+        job, self._job, self.image, self._toning = self._job, None, None, None
+        self.uncover()
         if job is None:
             return None
         job.stop()

@@ -218,7 +218,9 @@ class Window:
     def recolour(self) -> None:
         """Show surfaces and gathered picture in the colours that are asked for now."""
         self.display.colour()
-        self.gathered.show(self.display.tones)
+        self.gathered.retone(self.display.tones)
+        if self.mouse.sliding:
+            self.gathered.uncover()  # surfaces follow at once
         self.changed()
 
     def dim(self, name: str, factor: float) -> None:
@@ -293,7 +295,7 @@ class Window:
         if not (self.gathering and self.display.look.gathers and not self.display.surfaces.edges):
             return
         try:
-            if self.gathered.hear(self.display.tones):
+            if not self.mouse.sliding and self.gathered.hear():
                 self.changed()
         except Exception:
             self.gathering = False
@@ -301,7 +303,7 @@ class Window:
         held = self.mouse.sliding or self.display.lamps.waiting
         if not self.gathered.begun and not held and now - self._since >= gathering.REST:
             camera = current_camera(self.plotter, "window")
-            self.gathered.start(self.display.lamps.solution, camera)
+            self.gathered.start(self.display.lamps.solution, camera, self.display.tones)
             self.changed()
 
     def _view(self):
