@@ -130,6 +130,18 @@ def scale_panel(scale: Scale, levels: np.ndarray, title: str, height: int, line:
     return Panel(np.asarray(image))
 
 
+def tag(text: str, line: int) -> Panel:
+    """Draw a small label."""
+    from PIL import ImageDraw
+
+    letters = round(0.9 * line)
+    image = _ground(_width(text, letters) + line // 2, round(1.25 * line))
+    ImageDraw.Draw(image).text(
+        (image.width / 2, image.height / 2), text, INK, _font(letters), "mm"
+    )
+    return Panel(np.asarray(image))
+
+
 def mark(line: int) -> np.ndarray:
     """Return (h, w, 4) uint8: a ring around the point that was picked, dark within bright."""
     from PIL import Image, ImageDraw

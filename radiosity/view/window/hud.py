@@ -8,6 +8,7 @@ from radiosity.view.window.drawing import Control, Panel
 LEAST = 160  # pixels of a side of a window that has room for any panel
 LINE = (10, 16)  # pixels that letters are high, in small windows and in large ones
 LINES = 42  # of text that a window of a size in between is high
+PANELS = 2  # layer; marks and labels lie in the one below, above the picture
 MARGIN = 6  # pixels between panels, and to the window's edges
 
 
@@ -18,6 +19,7 @@ class _Sheet:
     panel: Panel | None = None
     left: int = 0
     top: int = 0
+    layer: int = 0
     shown: bool = False
 
 
@@ -45,10 +47,13 @@ class Hud:
         """Show nothing as yet."""
         self._renderer, self._sheets = renderer, {}
 
-    def draw(self, name: str, key: object, make, layer: int = 2) -> tuple[int, int]:
-        """Make a panel ready where its ``key`` is new, by ``make()``; return its (w, h)."""
+    def draw(self, name: str, key: object, make, layer: int = PANELS) -> tuple[int, int]:
+        """Make a panel ready where its ``key`` is new, by ``make()``; return its (w, h).
+
+        The mouse takes no notice of what lies in lower layers than `PANELS`.
+        """
         if name not in self._sheets:
-            self._sheets[name] = _Sheet(Cover(self._renderer, layer))
+            self._sheets[name] = _Sheet(Cover(self._renderer, layer), layer=layer)
         sheet = self._sheets[name]
         if sheet.panel is None or sheet.key != key:
             sheet.key, sheet.panel = key, make()
@@ -81,6 +86,10 @@ class Hud:
         height, width, _ = sheet.panel.pixels.shape
         return sheet.left, sheet.top, width, height
 
+    def places(self) -> list[tuple[int, int, int, int]]:
+        """Return `place_of` all panels that are shown."""
+        return [place for name in self._sheets if (place := self.place_of(name)) is not None]
+
     def covers(self, x: float, y: float) -> bool:
         """Return whether a panel lies over a pixel, y down from the top."""
         return self._at(x, y) is not None
@@ -97,7 +106,7 @@ class Hud:
     def _at(self, x, y):
         for name, sheet in reversed(self._sheets.items()):
             place = self.place_of(name)
-            if place is None or name == "mark":
+            if place is None or sheet.layer < PANELS:
                 continue
             left, top, width, height = place
             if left <= x < left + width and top <= y < top + height:

@@ -4,7 +4,7 @@ import textwrap
 from dataclasses import replace
 
 from radiosity.view.window.drawing import Panel, Row, mark, panel, scale_panel
-from radiosity.view.window.hud import LEAST, MARGIN, Hud, line_height
+from radiosity.view.window.hud import LEAST, MARGIN, PANELS, Hud, line_height
 from radiosity.view.window.keys import KEYS
 from radiosity.view.window.lamps import FULL
 from radiosity.view.window.look import RANGE, TITLES
@@ -134,7 +134,7 @@ class Panels:
             self._hud.hide(["mark"])
             return
         line = line_height(size)
-        wide, high = self._hud.draw("mark", line, lambda: Panel(mark(line)), layer=1)
+        wide, high = self._hud.draw("mark", line, lambda: Panel(mark(line)), layer=PANELS - 1)
         self._hud.put("mark", round(place[0] - wide / 2), round(place[1] - high / 2), size[1])
 
     def _put(self, name, rows, line, size, left, top, solid=False):
@@ -145,7 +145,7 @@ class Panels:
         if not rows:
             self._hud.hide([name])
             return 0, 0
-        layer = 3 if solid else 2
+        layer = PANELS + solid
         wide, high = self._hud.draw(name, (rows, line), lambda: panel(rows, line, solid), layer)
         self._hud.put(name, _start(left, wide, size[0]), _start(top, high, size[1]), size[1])
         return wide + MARGIN, high + MARGIN

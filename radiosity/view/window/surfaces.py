@@ -26,7 +26,7 @@ class Surfaces:
     def __init__(self, plotter: "pyvista.Plotter"):
         """Show nothing as yet."""
         self._plotter, self._actor, self._lines, self._segments = plotter, None, None, None
-        self._points = self._cells = self._triangles = None
+        self._points = self._cells = self._triangles = self._places = self._facing = None
         self.edges = self._placed = False
 
     @property
@@ -75,10 +75,19 @@ class Surfaces:
             return
         ends, normals, _ = self._segments
         ahead = ends[:, 0] - position if forward is None else forward
-        facing = np.flatnonzero(np.sum(ahead * normals, axis=1) < 0.0)
+        self._facing = facing = np.flatnonzero(np.sum(ahead * normals, axis=1) < 0.0)
         pairs = np.column_stack([np.full(len(facing), 2), 2 * facing, 2 * facing + 1])
         self._lines.mapper.dataset.lines = pairs.ravel()
         self._lines.mapper.dataset.cell_data["colour"] = self._segments[2][facing]
+
+    def lines(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the middles (s, 3) of the lines' segments that face the camera, and their places.
+
+        Places (s,) are those of the levels that `map` was given.
+        """
+        if self._segments is None:
+            return np.zeros((0, 3)), np.zeros(0)
+        return self._segments[0][self._facing].mean(axis=1), self._places[self._facing]
 
     def _faces(self):
         if self._triangles is None:
@@ -121,7 +130,8 @@ class Surfaces:
         )  # fmt: skip
         self._lines.mapper.SetResolveCoincidentTopologyToPolygonOffset()
         self._lines.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, TOWARDS_EYE)
-        self._segments = ends, normals, colour
+        self._segments, self._places = (ends, normals, colour), places
+        self._facing = np.arange(len(ends))
 
 
 def triangles_of(cells: np.ndarray) -> np.ndarray:

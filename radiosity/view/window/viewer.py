@@ -23,6 +23,7 @@ from radiosity.view.window.display import Display
 from radiosity.view.window.drawing import Row
 from radiosity.view.window.hud import Hud
 from radiosity.view.window.keys import Keyboard
+from radiosity.view.window.labels import Labels
 from radiosity.view.window.later import Later
 from radiosity.view.window.mouse import Mouse
 from radiosity.view.window.panels import Panels, solving_row
@@ -32,6 +33,7 @@ from radiosity.view.window.solving import Solving
 from radiosity.view.window.walking import Walk
 
 TICK = 0.01  # seconds between two looks for events and news
+PAUSE = 0.15  # seconds without movement after which lines of equal value get their numbers
 EVERY = 0.25  # seconds between two looks at a solve
 PATIENCE = 5.0  # times as long as showing what was found so far took, before it is shown again
 PARTING = 0.5  # seconds that closing waits for a thread that gathers, which ends after its pass
@@ -101,6 +103,7 @@ class Window:
         extent = np.linalg.norm(np.ptp(self.scene.faces.vertices, axis=(0, 1)))
         self.walk = Walk(self.plotter, self.scene.up, float(extent))
         self.commands = Commands(self)
+        self._labels, self._labelled = Labels(self.hud), True
         self._stale = self._measure_again = self._waiting = False
         self._looked = self._told = self._next = 0.0
         self.answer = None
@@ -159,6 +162,8 @@ class Window:
             self._gather(now)
         if self._message[0] and now > self._message[1]:
             self.say("")
+        if not self._labelled and now - self._since >= PAUSE and not self.mouse.sliding:
+            self._label()
         if self._stale:
             self.plotter.render()
 
@@ -221,6 +226,7 @@ class Window:
         self.gathered.retone(self.display.tones)
         if self.mouse.sliding:
             self.gathered.uncover()  # surfaces follow at once
+        self._unlabel()
         self.changed()
 
     def dim(self, name: str, factor: float) -> None:
@@ -317,6 +323,23 @@ class Window:
         if view != self._seen:
             self._seen, self._since = view, time.monotonic()
             self.gathered.drop()
+            self._unlabel()
+            self.changed()
+
+    def _unlabel(self):
+        """Take the lines' numbers away; they come again when the view rests."""
+        self._labels.clear()
+        self._labelled = False
+
+    def _label(self):
+        """Write their values on the lines that are seen."""
+        self._labelled, display = True, self.display
+        middles, places = display.surfaces.lines()
+        if len(middles):
+            self.plotter.render()  # so that all panels are where they will be
+            camera = current_camera(self.plotter, "window")
+            values = display.scale.luminance(places)
+            self._labels.place(display.lamps.solution, camera, middles, np.round(values, 9))
             self.changed()
 
     def _prepare(self):
