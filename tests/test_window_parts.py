@@ -13,10 +13,12 @@ from test_window import opengl, press  # noqa: F401
 from radiosity.light.photometry import illuminance, photometric
 from radiosity.scene.files import load
 from radiosity.solve.solve import solve
+from radiosity.view.camera import project
 from radiosity.view.falsecolour import Scale
 from radiosity.view.methods import make_stage
 from radiosity.view.polydata import to_pyvista
 from radiosity.view.scales import error_shares, illuminance_scale, luminance_scale, round_numbers
+from radiosity.view.sightlines import first_rows
 from radiosity.view.standpoint import current_camera
 from radiosity.view.tones import Tones
 from radiosity.view.window import Window, gathering
@@ -78,13 +80,19 @@ def test_cells_are_drawn_as_fans():
     assert triangles_of(cells).tolist() == [[0, 1, 2], [4, 5, 6], [0, 2, 3]]
 
 
-def test_bare_faces_are_brightest_where_they_face_the_camera(lit):
-    camera = lit.scene.cameras["front"]
-    points, cells, rgb = bare_faces(lit.scene, camera)
-    back = np.isclose(points[:, 2], 559.2).reshape(-1)
-    white = lit.scene.bands.to_rgb(lit.scene.materials[0].diffuse)
-    assert rgb[back].max(axis=0) == pytest.approx(white, rel=0.01)
+def test_bare_faces_show_their_shapes_in_their_colours(lit):
+    scene = lit.scene
+    points, cells, rgb = bare_faces(scene, scene.cameras["front"])
     assert len(points) == len(rgb) and cells.max() == len(points) - 1
+    white = scene.bands.to_rgb(scene.materials[0].diffuse)
+    triangles = triangles_of(cells)
+    shades = {}
+    for name, axis, value in (("back", 2, 559.2), ("floor", 1, 0.0), ("ceiling", 1, 548.8)):
+        mine = np.isclose(points[triangles][:, :, axis], value, atol=0.05).all(axis=1)
+        shade = rgb[triangles[mine]].reshape(-1, 3) / white
+        shades[name] = shade[np.ptp(shade, axis=1) < 1e-9, 0].max()
+    assert shades["back"] > shades["floor"] + 0.1 > shades["ceiling"] + 0.2
+    assert shades["ceiling"] == pytest.approx(0.35) and shades["back"] < 1.0
 
 
 def test_corners_keep_means_and_steps(lit):
@@ -127,7 +135,7 @@ def test_a_solve_tells_its_stage_and_ends_at_its_next_report():
         assert each.ready and each.error is None
     assert one.newest == "whole" and two.newest == "half"
     left = replace(one.stage, begun=10.0, told=12.0)
-    assert left.left() == pytest.approx(2.0) and left.over(13.5) and not left.over(12.5)
+    assert left.left() == pytest.approx(2.0) and left.over(16.5) and not left.over(12.5)
     assert replace(left, told=10.1).left() is None
     failed = Solving(lambda progress, watch: 1 / 0)
     failed.thread.join(5.0)
@@ -256,9 +264,6 @@ def test_false_colours_are_interpolated_in_lux(opened, lit):
     assert opened.display.scale == scale and not len(opened.display.levels)
     rows = np.flatnonzero(lit.patches.front & lit.live)
     camera = lit.scene.cameras["front"]
-    from radiosity.view.camera import project
-    from radiosity.view.sightlines import first_rows
-
     at, _ = project(camera, SIZE, lit.patches.centroid[rows])
     ahead = lit.patches.centroid[rows] - camera.position
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
@@ -367,3 +372,51 @@ def test_what_cannot_be_saved_is_told(tmp_path, monkeypatch):
     assert save_all("room.toml", {".png": full}).startswith("not saved: ")
     (tmp_path / "room-1.exr").touch()
     assert "room-2.png" in save_all("room.toml", {".png": lambda p: p.touch(), ".exr": Path.touch})
+
+
+def test_what_an_observer_raises_is_not_forgotten(opened, monkeypatch):
+    def broken(solution, place):
+        raise ValueError("no reading")
+
+    monkeypatch.setattr(opened.commands, "toggle_help", lambda: 1 / 0)
+    press(opened, "h")
+    with pytest.raises(ZeroDivisionError):
+        opened.tick()
+    opened.tick()
+    monkeypatch.setattr("radiosity.view.window.picking.read", broken)
+    opened.commands.pick(300.5, 160.5)
+    with pytest.raises(ValueError, match="no reading"):
+        settle(opened)
+
+
+def test_a_key_that_repeats_itself_walks_no_faster(opened):
+    start = np.array(opened.plotter.camera.position)
+    for _ in range(5):  # as X does: let go and pressed again, at once
+        press(opened, "w")
+        opened.commands.halt("w")
+    once = np.linalg.norm(np.array(opened.plotter.camera.position) - start)
+    extent = np.linalg.norm(np.ptp(opened.scene.faces.vertices, axis=(0, 1)))
+    assert once == pytest.approx(0.2 * 0.08 * extent)
+    time.sleep(0.06)
+    opened.tick()
+    assert not opened.walk.moving
+
+
+def test_numbers_lie_on_their_lines_where_these_are_seen(opened, lit):
+    press(opened, "f")
+    opened._since = 0.0
+    opened.tick()
+    shown = opened._labels._shown
+    assert len(shown) >= 5
+    middles, places = opened.display.surfaces.lines()
+    at, _ = project(replace(lit.scene.cameras["front"], size=SIZE), SIZE, middles)
+    values = np.round(opened.display.scale.luminance(places), 6)
+    for name in shown:
+        x, y, w, h = opened.hud.place_of(name)
+        value = float(opened.hud._sheets[name].key[0])
+        near = np.hypot(*(at - [x + w / 2, y + h / 2]).T) < 1.5
+        assert value in values[near]
+    orbiting = opened.plotter.camera
+    orbiting.Azimuth(5)
+    opened.plotter.render()
+    assert not opened._labels._shown, "they come again at rest"

@@ -143,8 +143,8 @@ def pick(solution, screen):
 
     pixels = screen.until(told, lux)
     ring = pixels[y - 12 : y + 13, x - 12 : x + 13].astype(int)
-    accent = np.abs(ring - [255, 184, 82]).max(axis=2) < 30
-    assert accent.sum() > 20, "the point is marked"
+    white = np.abs(ring - 242).max(axis=2) < 20
+    assert white.sum() > 20, "the point is marked"
 
 
 def dim(solution, screen, rows, at, exposure):

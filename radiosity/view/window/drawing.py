@@ -143,17 +143,17 @@ def tag(text: str, line: int) -> Panel:
 
 
 def mark(line: int) -> np.ndarray:
-    """Return (h, w, 4) uint8: a ring around the point that was picked, dark within bright."""
+    """Return (h, w, 4) uint8: a ring around the point that was picked, bright on dark."""
     from PIL import Image, ImageDraw
 
     size = 2 * line + 1
     image = Image.new("RGBA", (FINE * size, FINE * size), (0, 0, 0, 0))
     pen = ImageDraw.Draw(image)
-    for inset, ink, wide in ((0.3, (0, 0, 0, 200), 0.34), (0.38, ACCENT, 0.18)):
+    for inset, ink, wide in ((0.2, (0, 0, 0, 230), 0.4), (0.3, INK, 0.2)):
         ends = FINE * inset * line, FINE * (size - inset * line) - 1
         thick = round(FINE * wide * line)
         pen.ellipse([ends[0], ends[0], ends[1], ends[1]], outline=ink, width=thick)
-    middle, dot = FINE * size / 2, FINE * 0.16 * line
+    middle, dot = FINE * size / 2, FINE * 0.18 * line
     pen.ellipse([middle - dot, middle - dot, middle + dot, middle + dot], fill=ACCENT)
     return np.asarray(image.resize((size, size), Image.Resampling.BOX))
 

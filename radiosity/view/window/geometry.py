@@ -8,7 +8,8 @@ from radiosity.solve.solution import Solution
 from radiosity.view.camera import basis
 from radiosity.view.polydata import cells_of, shown_patches
 
-DIM, BRIGHT = 0.35, 0.65  # of a face's reflectance: seen along it, and more where seen from above
+DIM, BRIGHT = 0.35, 0.65  # of a face's reflectance: not lit, and more where lit from the front
+LAMP = np.array([0.35, -0.55, 1.0])  # shines to the right, up and forward of the camera
 
 
 class Corners:
@@ -51,7 +52,7 @@ class Corners:
 def bare_faces(scene: Scene, camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a scene's faces before anything is solved, in the colours of their materials.
 
-    As if lit from where the camera is, so that one sees their shapes.
+    As if lit from above the camera's left shoulder, so that one sees their shapes.
 
     Returns
     -------
@@ -63,6 +64,7 @@ def bare_faces(scene: Scene, camera) -> tuple[np.ndarray, np.ndarray, np.ndarray
     used, cells = cells_of(scene.faces.vertices)
     to_rgb = scene.bands.to_rgb
     colour = np.array([np.ones(3) if m.emits else to_rgb(m.diffuse) for m in scene.materials])
-    facing = np.maximum(-scene.faces.normals() @ basis(camera)[2], 0.0)
+    shining = LAMP / np.linalg.norm(LAMP) @ basis(camera)
+    facing = np.maximum(-scene.faces.normals() @ shining, 0.0)
     shade = (DIM + BRIGHT * facing)[:, None] * np.clip(colour[scene.faces.material], 0.0, 1.0)
     return scene.faces.vertices[used], cells, np.repeat(shade, used.sum(axis=1), axis=0)

@@ -59,11 +59,11 @@ STEPS = {symbol.lower(): symbol for symbol in WAYS}
 class Keyboard:
     """What is pressed, handed on to the commands."""
 
-    def __init__(self, interactor, commands):
-        """Listen to a VTK interactor, whose own keys do nothing from now on."""
+    def __init__(self, interactor, commands, guarded):
+        """Listen to a VTK interactor; ``guarded`` makes observers, see `Window.guarded`."""
         self._interactor, self._commands = interactor, commands
-        interactor.AddObserver("KeyPressEvent", lambda *_: self._press())
-        interactor.AddObserver("KeyReleaseEvent", lambda *_: self._release())
+        interactor.AddObserver("KeyPressEvent", guarded(self._press))
+        interactor.AddObserver("KeyReleaseEvent", guarded(self._release))
 
     def _symbol(self):
         return (self._interactor.GetKeySym() or "").lower()

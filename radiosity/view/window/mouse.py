@@ -12,8 +12,8 @@ STILL = 4.0  # pixels that a click may move
 class Mouse:
     """What the left button does; the rest, and turning the scene, is VTK's."""
 
-    def __init__(self, interactor, commands: Commands, hud: Hud):
-        """Listen to a VTK interactor.
+    def __init__(self, interactor, commands: Commands, hud: Hud, guarded):
+        """Listen to a VTK interactor; ``guarded`` makes observers, see `Window.guarded`.
 
         While its style turns the scene, only that hears of the mouse; it tells when it ends.
         """
@@ -24,9 +24,9 @@ class Mouse:
             "MouseMoveEvent": self._move,
             "LeftButtonReleaseEvent": self._release,
         }.items():
-            self._listen(event, answer)
+            self._listen(event, guarded(answer))
         style = interactor.GetInteractorStyle()
-        style.AddObserver("EndInteractionEvent", lambda *_: self._release())
+        style.AddObserver("EndInteractionEvent", guarded(self._release))
 
     @property
     def sliding(self) -> bool:

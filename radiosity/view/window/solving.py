@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from radiosity.solve.solution import Solution
 from radiosity.transport.threads import Progress
 
-SOON, LITTLE = 0.5, 0.05  # seconds and share of a stage before its time left is told
-SILENT = 1.0  # seconds without a report after which a stage is over: something else is done
+SOON, LITTLE = 0.5, 0.02  # seconds and share of a stage before its time left is told
+SILENT = 4.0  # seconds without a report after which a stage is over: something else is done
 
 
 class Stopped(BaseException):

@@ -106,7 +106,7 @@ class Window:
         self._labels, self._labelled = Labels(self.hud), True
         self._stale = self._measure_again = self._waiting = False
         self._looked = self._told = self._next = 0.0
-        self.answer = None
+        self.answer = self._trouble = None
         if solving is None:
             self._take(of)
         self._open()
@@ -121,11 +121,11 @@ class Window:
         self.plotter.iren.clear_key_event_callbacks()
         self.plotter.iren.style.AddObserver("CharEvent", lambda *_: None)
         interactor = self.plotter.iren.interactor
-        Keyboard(interactor, self.commands)
-        self.mouse = Mouse(interactor, self.commands, self.hud)
+        Keyboard(interactor, self.commands, self.guarded)
+        self.mouse = Mouse(interactor, self.commands, self.hud, self.guarded)
         look_from(self.plotter, self.home, self.scene.faces.vertices)
         self._seen, self._since = None, time.monotonic()
-        self.plotter.renderer.AddObserver("StartEvent", lambda *_: self._prepare())
+        self.plotter.renderer.AddObserver("StartEvent", self.guarded(self._prepare))
         inline = {"jupyter_backend": "static"} if self.plotter.notebook else {}
         self.plotter.show(interactive=False, auto_close=False, **inline)
 
@@ -147,8 +147,11 @@ class Window:
         Raises
         ------
         Exception
-            What ended a thread's work.
+            What ended a thread's work, or an observer of VTK's.
         """
+        if self._trouble is not None:
+            trouble, self._trouble = self._trouble, None
+            raise trouble
         now = time.monotonic()
         if self.walk.moving:
             self.walk.advance(now - self._looked)
@@ -199,6 +202,20 @@ class Window:
         if self._solving is not None:
             self._solving.stop()
             self._solving.thread.join(LAST_REPORT)
+
+    def guarded(self, work: Callable[[], object]) -> Callable[..., object]:
+        """Return an observer of VTK's that does some work.
+
+        VTK would print and forget what it raises; the next tick raises it instead.
+        """
+
+        def observe(*_):
+            try:
+                return work()
+            except BaseException as error:  # an interruption, too
+                self._trouble = error
+
+        return observe
 
     def changed(self) -> None:
         """Draw the window anew, soon."""
@@ -296,9 +313,15 @@ class Window:
             self.recolour()
         self._waiting = lamps.waiting
 
+    @property
+    def _gathers(self):
+        """Whether what is shown is gathered when it rests."""
+        display = self.display
+        return self.gathering and display.look.gathers and not display.surfaces.edges
+
     def _gather(self, now):
         """Start to gather a view that rests, or show its latest pass."""
-        if not (self.gathering and self.display.look.gathers and not self.display.surfaces.edges):
+        if not self._gathers:
             return
         try:
             if not self.mouse.sliding and self.gathered.hear():
@@ -332,10 +355,10 @@ class Window:
         self._labelled = False
 
     def _label(self):
-        """Write their values on the lines that are seen."""
+        """Write their values on the lines that are seen, which a gathered picture would cover."""
         self._labelled, display = True, self.display
         middles, places = display.surfaces.lines()
-        if len(middles):
+        if len(middles) and not self._gathers:
             self.plotter.render()  # so that all panels are where they will be
             camera = current_camera(self.plotter, "window")
             values = display.scale.luminance(places)

@@ -1,5 +1,6 @@
 """Walking: a window's camera moves as one who walks, its eyes kept at their height."""
 
+import time
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,7 @@ if TYPE_CHECKING:
 
 PACE = 0.2  # of the scene's diagonal in a second
 STEP = 0.08  # seconds that the press of a key walks at least
+AGAIN = 0.05  # seconds within which a key that is let go and pressed again was only repeated
 TURN = 90.0  # degrees that looking turns by, over the height of the window
 STEEPEST = 85.0  # degrees up or down that one can look
 WIDE = 60.0  # degrees of vertical view, of one who looked without perspective before
@@ -32,7 +34,7 @@ class Walk:
     def __init__(self, plotter: "pyvista.Plotter", up: str, extent: float):
         """Walk on the plane across the axis ``up``, through a scene of a diagonal's length."""
         self._plotter, self._up, self._extent = plotter, np.array(AXES[up]), extent
-        self.on, self._held = False, set()
+        self.on, self._held = False, {}  # keys, and when they were let go
 
     @property
     def moving(self) -> bool:
@@ -44,22 +46,28 @@ class Walk:
         if not self.on:
             self._stand_up()
         if key not in self._held:
-            self._held.add(key)
-            self.advance(STEP)
+            self._go([key], STEP)
+        self._held[key] = None
 
     def release(self, key: str) -> None:
         """Stop to walk in a key's direction."""
-        self._held.discard(key)
+        if key in self._held:
+            self._held[key] = time.monotonic()
 
     def stop(self) -> None:
         """Turn the scene again by dragging."""
-        self.on, self._held = False, set()
+        self.on, self._held = False, {}
 
     def advance(self, seconds: float) -> None:
         """Walk for a time, in the direction of the keys that are held."""
+        now = time.monotonic()
+        self._held = {k: at for k, at in self._held.items() if at is None or now - at < AGAIN}
+        self._go([key for key, at in self._held.items() if at is None], seconds)
+
+    def _go(self, keys, seconds):
         camera = self._plotter.renderer.GetActiveCamera()
         ahead, aside = self._heading(camera)
-        ways = np.sum([WAYS[key] for key in self._held], axis=0)
+        ways = np.sum([WAYS[key] for key in keys] or [(0, 0, 0)], axis=0)
         move = ways[0] * ahead + ways[1] * aside + ways[2] * self._up
         length = np.linalg.norm(move)
         if length == 0.0:
