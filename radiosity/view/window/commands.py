@@ -121,7 +121,7 @@ class Commands:
         surfaces = self._window.display.surfaces
         surfaces.show_edges(not surfaces.edges)
         self._window.gathered.drop()
-        self._window.changed()
+        self._window.recolour()
 
     def toggle_gathering(self) -> None:
         """Switch the gathering of resting views; the first starts at once."""
@@ -129,6 +129,7 @@ class Commands:
         window.gathering = not window.gathering
         window.gathered.drop()
         window.say("views are gathered at rest" if window.gathering else "views are not gathered")
+        window.recolour()
         window.rested()
 
     def toggle_panels(self) -> None:

@@ -15,16 +15,22 @@ SAME = 1e-3  # of the scene's extent, that a line of sight may end beside its ai
 
 
 class Labels:
-    """The numbers that are shown."""
+    """The numbers that are shown.
+
+    Attributes
+    ----------
+    stale : bool
+        Whether the lines have none as yet.
+    """
 
     def __init__(self, hud: Hud):
         """Show none as yet."""
-        self._hud, self._shown = hud, []
+        self._hud, self._shown, self.stale = hud, [], True
 
     def clear(self) -> None:
         """Take them away."""
         self._hud.hide(self._shown)
-        self._shown = []
+        self._shown, self.stale = [], True
 
     def place(self, solution, camera: Camera, middles: np.ndarray, values: np.ndarray) -> None:
         """Label lines by their values (s,), whose segments have their middles at (s, 3).
@@ -32,6 +38,7 @@ class Labels:
         Numbers lie where nothing hides their line, and neither over panels nor over each other.
         """
         self.clear()
+        self.stale = False
         size, line, boxes = camera.size, line_height(camera.size), self._hud.places()
         at, depth = project(camera, size, middles)
         inside = (depth > 0) & np.all((at > 2 * line) & (at < np.array(size) - 2 * line), axis=1)

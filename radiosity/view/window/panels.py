@@ -1,6 +1,7 @@
 """What the panels of the window say, and where they lie."""
 
 import textwrap
+import time
 from dataclasses import replace
 
 from radiosity.view.window.drawing import Panel, Row, mark, panel, scale_panel
@@ -60,6 +61,23 @@ def solving_row(stage, patches: int | None, now: float) -> Row:
     told += [] if left is None else [f"{_seconds(left)} left"]
     told += [found] if found else []
     return Row(f"solving: {stage.name}", ", ".join(told), stage.share, knob=False)
+
+
+def note_rows(window, stage, message: str) -> list[Row]:
+    """Return what is being waited for, with the ``stage`` of a solve, and a message."""
+    rows, display, progress = [], window.display, window.gathered.progress
+    if window.answer is None:
+        found = None if display.solution is None else len(display.solution.patches)
+        rows.append(solving_row(stage, found, time.monotonic()))
+    elif display.lamps.waiting:
+        rows.append(Row("telling the lights apart \u2026"))
+    if display.look.mode == "error" and display.estimating:
+        rows.append(Row("estimating the error \u2026"))
+    if window.pick.measuring:
+        rows.append(Row("measuring \u2026"))
+    if progress is not None:
+        rows.append(Row("gathering", "", progress[0] / progress[1], knob=False, faint=True))
+    return [*rows, Row(message)] if message else rows
 
 
 def reading_rows(lines: list[str]) -> tuple[Row, ...]:

@@ -20,13 +20,12 @@ from radiosity.view.tones import Tones
 from radiosity.view.window import gathering
 from radiosity.view.window.commands import Commands
 from radiosity.view.window.display import Display
-from radiosity.view.window.drawing import Row
 from radiosity.view.window.hud import Hud
 from radiosity.view.window.keys import Keyboard
 from radiosity.view.window.labels import Labels
 from radiosity.view.window.later import Later
 from radiosity.view.window.mouse import Mouse
-from radiosity.view.window.panels import Panels, solving_row
+from radiosity.view.window.panels import Panels, note_rows
 from radiosity.view.window.picking import Pick
 from radiosity.view.window.screen import check_display, fit_to_screen
 from radiosity.view.window.solving import Solving
@@ -103,7 +102,7 @@ class Window:
         extent = np.linalg.norm(np.ptp(self.scene.faces.vertices, axis=(0, 1)))
         self.walk = Walk(self.plotter, self.scene.up, float(extent))
         self.commands = Commands(self)
-        self._labels, self._labelled = Labels(self.hud), True
+        self._labels = Labels(self.hud)
         self._stale = self._measure_again = self._waiting = False
         self._looked = self._told = self._next = 0.0
         self.answer = self._trouble = None
@@ -165,7 +164,7 @@ class Window:
             self._gather(now)
         if self._message[0] and now > self._message[1]:
             self.say("")
-        if not self._labelled and now - self._since >= PAUSE and not self.mouse.sliding:
+        if self._labels.stale and now - self._since >= PAUSE and not self.mouse.sliding:
             self._label()
         if self._stale:
             self.plotter.render()
@@ -243,7 +242,7 @@ class Window:
         self.gathered.retone(self.display.tones)
         if self.mouse.sliding:
             self.gathered.uncover()  # surfaces follow at once
-        self._unlabel()
+        self._labels.clear()
         self.changed()
 
     def dim(self, name: str, factor: float) -> None:
@@ -346,24 +345,21 @@ class Window:
         if view != self._seen:
             self._seen, self._since = view, time.monotonic()
             self.gathered.drop()
-            self._unlabel()
+            self._labels.clear()
             self.changed()
-
-    def _unlabel(self):
-        """Take the lines' numbers away; they come again when the view rests."""
-        self._labels.clear()
-        self._labelled = False
 
     def _label(self):
         """Write their values on the lines that are seen, which a gathered picture would cover."""
-        self._labelled, display = True, self.display
+        display = self.display
         middles, places = display.surfaces.lines()
-        if len(middles) and not self._gathers:
-            self.plotter.render()  # so that all panels are where they will be
-            camera = current_camera(self.plotter, "window")
-            values = display.scale.luminance(places)
-            self._labels.place(display.lamps.solution, camera, middles, np.round(values, 9))
-            self.changed()
+        if self._gathers or not len(middles):
+            self._labels.stale = False
+            return
+        self.plotter.render()  # so that all panels are where they will be
+        camera = current_camera(self.plotter, "window")
+        values = np.round(display.scale.luminance(places), 9)
+        self._labels.place(display.lamps.solution, camera, middles, values)
+        self.changed()
 
     def _prepare(self):
         """Bring all that depends on the view up to date, before it is drawn."""
@@ -377,22 +373,5 @@ class Window:
             at = project(camera, size, self.pick.place.point[None])[0][0]
         self.panels.mark(size, None if at is None or np.isnan(at).any() else at)
         if not self.plotter.notebook:
-            self.panels.draw(size, self, self._notes())
-
-    def _notes(self):
-        """Return what is being waited for, and the message, as lines of a panel."""
-        rows, display, progress = [], self.display, self.gathered.progress
-        if self.answer is None:
-            found = None if display.solution is None else len(display.solution.patches)
-            rows.append(solving_row(self._solving.stage, found, time.monotonic()))
-        elif display.lamps.waiting:
-            rows.append(Row("telling the lights apart \u2026"))
-        if display.look.mode == "error" and display.estimating:
-            rows.append(Row("estimating the error \u2026"))
-        if self.pick.measuring:
-            rows.append(Row("measuring \u2026"))
-        if progress is not None:
-            rows.append(Row("gathering", "", progress[0] / progress[1], knob=False, faint=True))
-        if self._message[0]:
-            rows.append(Row(self._message[0]))
-        return rows
+            stage = None if self.answer is not None else self._solving.stage
+            self.panels.draw(size, self, note_rows(self, stage, self._message[0]))
