@@ -124,11 +124,13 @@ def test_a_solve_tells_its_stage_and_ends_at_its_next_report():
         return "whole"
 
     one, two = Solving(work), Solving(work)
+    one.start()
+    two.start()
     early.wait(5.0)
     time.sleep(0.05)
     assert (one.newest, one.stage.name, one.stage.share, one.ready) == (
         "half", "form factors", 0.25, False)  # fmt: skip
-    two.stop()
+    two.stop(0.0)
     gate.set()
     for each in (one, two):
         each.thread.join(5.0)
@@ -138,6 +140,7 @@ def test_a_solve_tells_its_stage_and_ends_at_its_next_report():
     assert left.left() == pytest.approx(2.0) and left.over(16.5) and not left.over(12.5)
     assert replace(left, told=10.1).left() is None
     failed = Solving(lambda progress, watch: 1 / 0)
+    failed.start()
     failed.thread.join(5.0)
     assert isinstance(failed.error, ZeroDivisionError)
 
@@ -189,13 +192,13 @@ def test_without_a_solution_a_reading_has_no_error(lit):
 
 
 def test_errors_are_relative_as_the_accuracy_is(lit):
-    lux, error = lit.illuminance, illuminance(lit.error, lit.scene.bands)
-    live = lit.live
-    mean = np.average(lux[live], weights=lit.patches.area[live])
-    bright = live & (lux > 0.1 * mean)
-    assert error_shares(lit)[bright] == pytest.approx(100 * error[bright] / lux[bright])
-    dark = live & (lux < 0.1 * mean)
-    assert error_shares(lit)[dark] == pytest.approx(1000 * error[dark] / mean)
+    lamp = lit.dimmed({"ambient": 0.0})
+    lux, error, live = lamp.illuminance, illuminance(lamp.error, lamp.scene.bands), lamp.live
+    mean = np.average(lux[live], weights=lamp.patches.area[live])
+    for mine, base in ((lux > 0.1 * mean, lux), (lux < 0.1 * mean, np.full(len(lux), 0.1 * mean))):
+        mine = mine & live
+        assert mine.any()
+        assert error_shares(lamp)[mine] == pytest.approx(100 * error[mine] / base[mine])
 
 
 def test_dimmed_light_is_the_dimmed_solutions(opened, lit):
@@ -211,6 +214,8 @@ def test_dimmed_light_is_the_dimmed_solutions(opened, lit):
     press(opened, "1")
     settle(opened)
     assert lamps.factors == {"light": 0.0, "ambient": 1.0}
+    off = lit.dimmed(lamps.factors)
+    assert np.array_equal(lamps.solution.radiosity, off.radiosity)
     press(opened, "1")
     settle(opened)
     for found, before in zip(lamps.at_corners(), whole, strict=True):
@@ -420,3 +425,59 @@ def test_numbers_lie_on_their_lines_where_these_are_seen(opened, lit):
     orbiting.Azimuth(5)
     opened.plotter.render()
     assert not opened._labels._shown, "they come again at rest"
+
+
+def test_what_a_solve_finds_is_shown_until_its_answer_is(opengl, lit, monkeypatch):  # noqa: F811
+    monkeypatch.setattr(gathering, "REST", 0.02)
+    found, answered = threading.Event(), threading.Event()
+    early = lit.dimmed({"light": 0.1})
+
+    def work(progress, watch):
+        found.wait(5.0)
+        watch(early)
+        answered.wait(5.0)
+        return lit
+
+    solving = Solving(work)
+    win = Window(lit.scene, size=SIZE, samples=8, off_screen=True, solving=solving)
+    try:
+        solving.start()
+        shots = [win.screenshot()]
+        found.set()
+        settle_solve(win, lambda: win.display.solution is early)
+        shots.append(win.screenshot())
+        win.commands.pick(300.5, 160.5)
+        press(win, "1")
+        assert win.answer is None and win.pick.place is None and not win.display.lamps.changed
+        win.commands.toggle_error()
+        assert win.display.look.mode == "picture" and "before the answer" in win._message[0]
+        answered.set()
+        settle_solve(win, lambda: win.answer is lit)
+        shots.append(win.screenshot())
+        settle(win, lambda win: win.finished)
+    finally:
+        win.close()
+    for one, two in combinations(shots, 2):
+        assert np.mean(np.any(one != two, axis=2)) > 0.1
+
+
+def settle_solve(win, condition, limit=10.0):
+    end = time.monotonic() + limit
+    while not condition():
+        win.tick()
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_what_ends_a_solve_ends_the_loop(opengl, lit):  # noqa: F811
+    def work(progress, watch):
+        raise ValueError("no light")
+
+    solving = Solving(work)
+    win = Window(lit.scene, size=SIZE, off_screen=True, solving=solving)
+    try:
+        solving.start()
+        with pytest.raises(ValueError, match="no light"):
+            settle_solve(win, lambda: False)
+    finally:
+        win.close()

@@ -102,11 +102,9 @@ def show_solving(
         There is no display.
     """
     solving = Solving(solve)
-    window = None
+    window = Window(scene, camera, size, samples=samples, tones=tones, solving=solving)
     try:
-        window = Window(scene, camera, size, samples=samples, tones=tones, solving=solving)
+        solving.start()
         window.run()
     finally:
-        solving.stop()
-        if window is not None:
-            window.close()
+        window.close()

@@ -58,20 +58,25 @@ class Solving:
     """
 
     def __init__(self, solve: Callable[[Progress, Callable[[Solution], None]], Solution]):
-        """Start ``solve(progress, watch)``, which returns the answer."""
+        """Make ready to ``solve(progress, watch)``, which returns the answer."""
         self.error = self.stage = self.newest = None
-        self._solve, self._stopped = solve, threading.Event()
+        self._solve, self._stopped, self._done = solve, threading.Event(), threading.Event()
         self.thread = threading.Thread(target=self._run, daemon=True)
+
+    def start(self) -> None:
+        """Start to solve."""
         self.thread.start()
 
     @property
     def ready(self) -> bool:
         """Return whether there is an answer, or an error."""
-        return not self.thread.is_alive()
+        return self._done.is_set()
 
-    def stop(self) -> None:
-        """Let the solve end at its next report."""
+    def stop(self, patience: float) -> None:
+        """Let the solve end at its next report, and wait for that for some seconds."""
         self._stopped.set()
+        if self.thread.is_alive():
+            self.thread.join(patience)
 
     def _run(self):
         try:
@@ -80,6 +85,8 @@ class Solving:
             pass
         except Exception as error:  # for the main thread to raise
             self.error = error
+        finally:
+            self._done.set()
 
     def _progress(self, name, done, total):
         self._go_on()

@@ -172,7 +172,7 @@ def contours(
     --------
     >>> corners = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]])
     >>> contours(corners, np.array([[0, 1, 2]]), np.array([0.0, 1, 0]), [0.5])[0].tolist()
-    [[[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]]
+    [[[1.0, 1.0, 0.0], [1.0, 0.0, 0.0]]]
     """
     ends, normals, at = [], [], []
     for level in levels:

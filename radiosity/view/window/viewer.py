@@ -199,8 +199,7 @@ class Window:
         if thread is not None:
             thread.join(PARTING)
         if self._solving is not None:
-            self._solving.stop()
-            self._solving.thread.join(LAST_REPORT)
+            self._solving.stop(LAST_REPORT)
 
     def guarded(self, work: Callable[[], object]) -> Callable[..., object]:
         """Return an observer of VTK's that does some work.
