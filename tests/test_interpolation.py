@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes_for_tests import SQUARE, box, faces_of, meshed, rotation, tetrahedron, uv_sphere
 
-from radiosity.mesh.interpolation import corner_values, find_neighbours, gradients
+from radiosity.mesh.interpolation import corner_matrix, corner_values, find_neighbours, gradients
 
 TRAPEZOID = np.array([[0, 0, 0], [3, 0, 0], [2, 1, 0], [0.5, 1, 0]], float)
 SLOPES = np.array([[1.0, -2.0, 0.5], [0.0, 0.0, 0.0], [-0.3, 0.7, 3.0]])  # (bands, 3)
@@ -135,3 +135,14 @@ def test_one_patch_alone_keeps_its_value():
     _, _, patches = meshed(faces_of(SQUARE[None]), 1)
     _, slope, corners = smoothed(patches, np.zeros(1, int), np.array([[2.0, 5.0]]))
     assert np.all(slope == 0) and np.array_equal(corners, [[[2.0, 5.0]] * 4])
+
+
+def test_the_matrix_makes_the_values_at_corners():
+    faces = faces_of(np.stack([TRAPEZOID, TRAPEZOID + [4, 0, 1], SQUARE[[0, 1, 2, 2]] - 3]))
+    _, _, patches = meshed(faces, 4)
+    values = np.random.default_rng(3).uniform(20, 30, (len(patches), 2))
+    live = np.arange(len(patches)) % 7 > 0
+    around, _, corners = smoothed(patches, np.zeros(len(patches), int), values, live)
+    found = corner_matrix(patches, around) @ values
+    assert found == pytest.approx(corners.reshape(-1, 2), rel=1e-12)
+    assert np.ptp(found) > 5.0

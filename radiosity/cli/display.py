@@ -37,13 +37,12 @@ class FalseColours:
 
     def of(self, solution):
         """Return the scale, the same for all views of a solution."""
-        from radiosity.view.falsecolour import DECADES, Scale, round_up
+        from radiosity.view.falsecolour import DECADES, Scale
+        from radiosity.view.scales import luminance_scale
 
-        decades = DECADES if self.logarithmic else 0.0
         if self.maximum is not None:
-            return Scale(self.maximum, decades)
-        most = _brightest(solution) if self.logarithmic else _white(solution)
-        return Scale(round_up(most), decades)
+            return Scale(self.maximum, DECADES if self.logarithmic else 0.0)
+        return luminance_scale(solution, self.logarithmic)
 
 
 @dataclass(frozen=True)
@@ -58,23 +57,6 @@ class Look:
     def of(cls, solution, asked: Exposure, colours: FalseColours | None, gamma=None) -> "Look":
         """Return the look of all views of a solution."""
         return cls(asked.of(solution), gamma, colours and colours.of(solution))
-
-
-def _white(solution):
-    """Return the luminance in cd/m2 that the automatic exposure shows as white."""
-    from radiosity.light.photometry import EFFICACY
-    from radiosity.view.shading import auto_exposure
-
-    return EFFICACY / auto_exposure(solution)
-
-
-def _brightest(solution):
-    """Return the luminance in cd/m2 of the brightest patch."""
-    from math import pi
-
-    from radiosity.light.photometry import photometric
-
-    return photometric(solution.radiosity / pi, solution.scene.bands).max()
 
 
 def exposure(text: str) -> Exposure:

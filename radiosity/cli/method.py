@@ -49,10 +49,13 @@ def check_method(method: str, shadows: bool, asked: Asked) -> None:
             )
 
 
-def view_by(method: str, shadows: bool, given, asked: Asked, progress):
-    """Return what pictures of a scene are made of: its solution, or what stands for one."""
+def view_by(method: str, shadows: bool, given, asked: Asked, progress, watch=None):
+    """Return what pictures of a scene are made of: its solution, or what stands for one.
+
+    ``watch(solution)`` is shown what a solver has found so far.
+    """
     if method == "gather":
-        return solve_scene(given, asked, progress)
+        return solve_scene(given, asked, progress, watch=watch)
     from radiosity.view.methods import make_stage
 
     use_threads(asked.threads)

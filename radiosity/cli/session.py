@@ -73,8 +73,11 @@ def scene_of(given):
     return getattr(given, "scene", given)
 
 
-def solve_scene(scene, asked: Asked, progress, factors=None, goal=None):
-    """Solve a scene and remark on the result in two lines; return a solution as it is."""
+def solve_scene(scene, asked: Asked, progress, factors=None, goal=None, watch=None):
+    """Solve a scene and remark on the result in two lines; return a solution as it is.
+
+    ``watch(solution)`` is called with what the solver has found so far.
+    """
     if scene_of(scene) is not scene:
         return scene
     import time
@@ -88,7 +91,7 @@ def solve_scene(scene, asked: Asked, progress, factors=None, goal=None):
         scene, asked.accuracy, mesh=asked.mesh, order=asked.order, solver=asked.solver,
         force=asked.force, seconds=parse_time(asked.time), seed=asked.seed,
         memory=parse_memory(asked.memory), progress=progress, factors=factors,
-        goal=goal,
+        goal=goal, watch=watch,
     )  # fmt: skip
     seconds = time.perf_counter() - begun
     plan = solution.plan

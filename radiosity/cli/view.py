@@ -2,6 +2,7 @@
 
 import time as clock
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -66,6 +67,7 @@ def view(
 ) -> None:
     """Solve a scene and look at it in an interactive window, or write a page that shows it.
 
+    The window opens at once and shows light spreading while it is solved; key h lists its keys.
     Without a display the gathered picture of the camera is written instead, as SCENE.png in this
     folder if --screenshot does not name a file.
 
@@ -92,32 +94,56 @@ def view(
     model = scene_of(given)
     chosen = find_camera(model, camera)
     picture_size(chosen, pixels, model.bands)
-    with progress_bars(quiet) as progress:
-        solution = view_by(method, shadows, given, asked, progress)
-    look, told = d.Look.of(solution, exposure, false_colour), []
-    if html is not None:
-        look = replace(look, exposure=_write_page(solution, html, chosen, exposure, quiet))
-    elif screenshot is None and _opened(solution, chosen, pixels, samples, look):
-        pass
+    solve = partial(view_by, method, shadows, given, asked)
+    looked = partial(d.Look.of, asked=exposure, colours=false_colour)
+    if html is None and screenshot is None and _has_display(quiet):
+        solution, told = _opened(model, solve, chosen, pixels, samples, looked), []
+        if solution is None:
+            _leave(as_json)
+        look = looked(solution)
     else:
-        if screenshot is None:
-            remark("no display: the picture is gathered and written instead of shown", quiet)
-        told.append(rendered(solution, chosen, Path(target), pixels, samples, look, quiet))
+        with progress_bars(quiet) as progress:
+            solution = solve(progress)
+        look, told = looked(solution), []
+        if html is not None:
+            look = replace(look, exposure=_write_page(solution, html, chosen, exposure, quiet))
+        else:
+            told.append(rendered(solution, chosen, Path(target), pixels, samples, look, quiet))
     if as_json:
         seconds = clock.perf_counter() - begun
         answer.print_answer(answer.pictured(solution, method, look, told, seconds, html))
 
 
-def _opened(solution, camera, size, samples, look) -> bool:
-    """Show a window until it is closed; return False where none can be opened."""
-    from radiosity.view.window import display_available, show
+def _has_display(quiet) -> bool:
+    """Return whether a window can be opened, and remark where not."""
+    from radiosity.view.window import display_available
 
-    if not display_available():
-        return False
-    show(solution, camera, size, samples=samples, exposure=look.exposure, scale=look.scale)
-    return True
+    if display_available():
+        return True
+    remark("no display: the picture is gathered and written instead of shown", quiet)
+    return False
 
 
+def _opened(scene, solve, camera, size, samples, looked):
+    """Show a window until it is closed; return the solution, None where there is none yet."""
+    from radiosity.view.tones import Tones
+    from radiosity.view.window import show_solving
+
+    def tones(solution):
+        look = looked(solution)
+        return Tones(look.exposure, look.scale)
+
+    return show_solving(scene, solve, camera, size, samples=samples, tones=tones)
+
+
+UNFINISHED = 130  # exit code where the window was closed before the scene was solved
+
+
+def _leave(as_json):
+    """End without an answer."""
+    if as_json:
+        answer.print_failure("the window was closed before the scene was solved", UNFINISHED)
+    raise typer.Exit(UNFINISHED)
 WINDOWS = "screenshot", "size", "samples", "false_colour", "method", "shadows"
 
 

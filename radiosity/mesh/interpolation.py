@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from radiosity.mesh.patches import Patches
 
@@ -54,16 +55,21 @@ def gradients(patches: Patches, around: Neighbours, values: np.ndarray) -> np.nd
 
     Least squares over the neighbours of a patch; 0 where there are none to tell.
     """
-    n = len(patches)
+    own = around.corner // 4
+    d, inverse = _in_plane(patches, around)
+    rise = np.zeros((len(patches), values.shape[1], 3))
+    np.add.at(rise, own, (values[around.patch] - values[own])[:, :, None] * d[:, None, :])
+    return np.einsum("nbc,ncd->nbd", rise, inverse)
+
+
+def _in_plane(patches, around):
+    """Return the ways (m, 3) to neighbours, and the inverses (n, 3, 3) of their sums of squares."""
     own = around.corner // 4
     d = patches.centroid[around.patch] - patches.centroid[own]
     d -= np.einsum("kc,kc->k", d, patches.normal[own])[:, None] * patches.normal[own]
-    outer = np.zeros((n, 3, 3))
+    outer = np.zeros((len(patches), 3, 3))
     np.add.at(outer, own, d[:, :, None] * d[:, None, :])
-    rise = np.zeros((n, values.shape[1], 3))
-    np.add.at(rise, own, (values[around.patch] - values[own])[:, :, None] * d[:, None, :])
-    inverse = np.linalg.pinv(outer, rcond=1e-3, hermitian=True)
-    return np.einsum("nbc,ncd->nbd", rise, inverse)
+    return d, np.linalg.pinv(outer, rcond=1e-3, hermitian=True)
 
 
 def corner_values(
@@ -80,3 +86,26 @@ def corner_values(
     alone = count == 0
     total[alone], count[alone] = np.repeat(values, 4, axis=0)[alone], 1.0
     return (total / count[:, None]).reshape(n, 4, bands)
+
+
+def corner_matrix(patches: Patches, around: Neighbours) -> csr_array:
+    """Return (4 n, n): what makes values at corners, patch by patch, of the patches' values.
+
+    Where nothing is negative that is what `corner_values` returns with the `gradients`. Linear, so
+    that values of light that adds up add up.
+    """
+    n, own = len(patches), around.corner // 4
+    count = np.bincount(around.corner, minlength=4 * n)
+    alone = np.flatnonzero(count == 0)
+    share = 1.0 / count[around.corner]
+    mean = csr_array((share, (around.corner, around.patch)), (4 * n, n))
+    mean += csr_array((np.ones(len(alone)), (alone, alone // 4)), (4 * n, n))
+    d, inverse = _in_plane(patches, around)
+    steep = np.einsum("kc,kcd->kd", d, inverse[own]).ravel()
+    row, there = (3 * own[:, None] + [0, 1, 2]).ravel(), np.repeat(around.patch, 3)
+    slope = csr_array((steep, (row, there)), (3 * n, n))
+    slope -= csr_array((steep, (row, np.repeat(own, 3))), (3 * n, n))
+    away = patches.vertices.reshape(-1, 3)[around.corner] - patches.centroid[around.patch]
+    column = (3 * around.patch[:, None] + [0, 1, 2]).ravel()
+    across = (share[:, None] * away).ravel()
+    return mean + csr_array((across, (np.repeat(around.corner, 3), column)), (4 * n, 3 * n)) @ slope

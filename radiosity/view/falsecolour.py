@@ -1,4 +1,4 @@
-"""False colours: luminance as a colour to be read off a scale of cd/m2.
+"""False colours: luminance, or another quantity, as a colour to be read off a scale.
 
 The map is viridis (van der Walt & Smith 2015, CC0, as matplotlib has it): its lightness rises
 evenly, so equal steps look equal, also in grey and to most who see colours otherwise.
@@ -20,7 +20,7 @@ _APART = 1.5  # lines from number to number at least
 
 @dataclass(frozen=True)
 class Scale:
-    """What luminance a colour of the map stands for.
+    """What luminance, or value in another unit, a colour of the map stands for.
 
     Attributes
     ----------
@@ -28,6 +28,8 @@ class Scale:
         Luminance in cd/m2 of the map's upper end; what is brighter has its colour, too.
     decades : float
         0 for a linear scale from 0; otherwise a logarithmic one from maximum/10^decades.
+    unit : str
+        Of the values, where they are no luminances.
 
     Raises
     ------
@@ -44,12 +46,13 @@ class Scale:
 
     maximum: float
     decades: float = 0.0
+    unit: str = "cd/m\u00b2"
 
     def __post_init__(self):
         if not 0.0 < self.maximum < np.inf:
             raise ValueError(
-                f"false colours up to {self.maximum:g} cd/m2: the luminance of the scale's end "
-                "must be positive and finite"
+                f"false colours up to {self.maximum:g} {self.unit}: the scale's end must be "
+                "positive and finite"
             )
 
     @property
@@ -62,10 +65,17 @@ class Scale:
 
         p = Y/Y_max, or 1 + log10(Y/Y_max)/decades.
         """
+        return np.clip(self.place(luminance), 0.0, 1.0)
+
+    def place(self, luminance: np.ndarray) -> np.ndarray:
+        """Return (...) the position of luminances, above 1 what is brighter, to be interpolated.
+
+        Logarithmic ones are not below -1, where black would be infinitely far from all else.
+        """
         share = np.maximum(np.asarray(luminance, float) / self.maximum, 0.0)
         if self.decades:
-            share = 1.0 + np.log10(np.maximum(share, 1e-300)) / self.decades
-        return np.clip(share, 0.0, 1.0)
+            share = np.maximum(1.0 + np.log10(np.maximum(share, 1e-300)) / self.decades, -1.0)
+        return share
 
     def luminance(self, position: np.ndarray) -> np.ndarray:
         """Return (...) luminances in cd/m2 of places on the scale: the inverse of `position`."""
@@ -123,13 +133,14 @@ def bar(scale: Scale, height: int, over: bool = False, under: bool = False) -> n
     words = [f"{tick:.6g}" for tick in ticks]
     words[0] = "\u2264 " * under + words[0]
     words[-1] = "\u2265 " * over + words[-1]
-    strip = _lettered(height, line, [(rows[k], words[k]) for k in _spaced(rows, _APART * line)])
+    numbers = [(rows[k], words[k]) for k in spaced(rows, _APART * line)]
+    strip = _lettered(height, line, numbers, scale.unit)
     at = (bottom - 0.5 - np.arange(top, bottom)) / (bottom - top)
     strip[top:bottom, line : 2 * line] = scale.colours(scale.luminance(at))[:, None]
     return strip
 
 
-def _spaced(rows, gap):
+def spaced(rows, gap):
     """Return which of descending rows have room for a number: both ends, then from the top."""
     kept, last = [len(rows) - 1, 0], rows[-1]
     for k in range(len(rows) - 2, 0, -1):
@@ -139,7 +150,7 @@ def _spaced(rows, gap):
     return kept
 
 
-def _lettered(height, line, words):
+def _lettered(height, line, words, unit):
     """Return a white strip (h, w, 3) uint8 with ticks and words at rows, and the unit above."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -150,7 +161,7 @@ def _lettered(height, line, words):
     canvas = FigureCanvasAgg(figure)
     axes = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(height, 0))
     axes.axis("off")
-    axes.text(line, line, "cd/m\u00b2", size=line, va="center")
+    axes.text(line, line, unit, size=line, va="center")
     for row, text in words:
         axes.plot([2 * line, 2.4 * line], [row, row], color="black", lw=line / 12)
         axes.text(2.7 * line, row, text, size=line, va="center_baseline")

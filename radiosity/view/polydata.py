@@ -26,6 +26,21 @@ def shown_patches(solution: Solution) -> np.ndarray:
     return np.flatnonzero(~covered)
 
 
+def cells_of(vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return how VTK takes quadrilaterals (n, 4, 3), of which triangles repeat their last corner.
+
+    Returns
+    -------
+    used : (n, 4) bool
+        The corners that are points of the mesh: in this order, none of them shared.
+    cells : (..) int
+        The number of each cell's points, then these.
+    """
+    corners = np.where(np.all(vertices[:, 3] == vertices[:, 2], axis=1), 3, 4)
+    start = np.cumsum(corners) - corners
+    return np.arange(4) < corners[:, None], np.insert(np.arange(corners.sum()), start, corners)
+
+
 def patches_at(solution: Solution, face, back, points) -> np.ndarray:
     """Return (k,) the lit patch at points (k, 3) on faces (k,), `NONE` where none is.
 
@@ -75,10 +90,7 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
 
     scene, patches, shown = solution.scene, solution.patches, shown_patches(solution)
     vertices = patches.vertices[shown]
-    corners = np.where(np.all(vertices[:, 3] == vertices[:, 2], axis=1), 3, 4)
-    used = np.arange(4) < corners[:, None]
-    start = np.cumsum(corners) - corners
-    cells = np.insert(np.arange(corners.sum()), start, corners)
+    used, cells = cells_of(vertices)
     mesh = pyvista.PolyData(vertices[used], faces=cells)
     mesh.point_data["radiosity_W_m2"] = corner_radiosity(solution)[shown][used]
     face = patches.face[shown]

@@ -11,7 +11,7 @@ import numpy as np
 from radiosity.scene.model import Camera
 from radiosity.solve.solution import Solution
 from radiosity.view import gather
-from radiosity.view.tones import Tones
+from radiosity.view.image import Image
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class _Progress:
     """How many pictures came, the newest and whether it is the last, replaced as a whole."""
 
     done: int
-    picture: np.ndarray | None
+    image: Image | None
     last: bool = False
 
 
@@ -39,7 +39,6 @@ class Job:
         camera: Camera,
         samples: int | None,
         turn: threading.Lock,
-        tones: Tones,
     ):
         """Start to gather; of the jobs that share ``turn`` one computes at a time."""
         self._expected = gather.pass_count(samples)
@@ -47,7 +46,7 @@ class Job:
         self._newest = self._returned = _Progress(0, None)
         self._stopped = threading.Event()
         self.thread = threading.Thread(
-            target=self._run, args=(solution, camera, samples, turn, tones), daemon=True
+            target=self._run, args=(solution, camera, samples, turn), daemon=True
         )
         self.thread.start()
 
@@ -66,19 +65,19 @@ class Job:
         """Return whether the last picture was returned."""
         return self._returned.last
 
-    def newest(self) -> np.ndarray | None:
-        """Return the newest picture, (h, w, 3) uint8, or None where it was returned before."""
+    def newest(self) -> Image | None:
+        """Return the newest picture, or None where it was returned before."""
         newest = self._newest
         if newest is self._returned:
             return None
         self._returned = newest
-        return newest.picture
+        return newest.image
 
     def stop(self) -> None:
         """Let the thread end soon, within the pass that it computes."""
         self._stopped.set()
 
-    def _run(self, solution, camera, samples, turn, tones):
+    def _run(self, solution, camera, samples, turn):
         try:
             with turn:
                 if self._stopped.is_set():
@@ -87,7 +86,7 @@ class Job:
                     solution, camera, size=camera.size, samples=samples, stop=self._stopped.is_set
                 )
                 for done, image in enumerate(passes, start=1):
-                    self._newest = _Progress(done, tones.picture(image))
+                    self._newest = _Progress(done, image)
                 if not self._stopped.is_set():
                     self._newest = replace(self._newest, last=True)
         except Exception as error:  # for the main thread to raise
@@ -114,15 +113,22 @@ class Cover:
         """Return whether a picture is shown."""
         return bool(self._actor.GetVisibility())
 
-    def show(self, picture: np.ndarray, left: int = 0) -> None:
-        """Lay (h, w, 3) uint8 over the window from a column on; VTK counts rows from the bottom."""
+    def show(self, picture: np.ndarray, left: int = 0, bottom: int = 0) -> None:
+        """Lay (h, w, 3) or, with opacity, (h, w, 4) uint8 over the window from a pixel on.
+
+        VTK counts rows from the bottom.
+        """
         import pyvista
 
-        height, width, _ = picture.shape
+        height, width, bands = picture.shape
         image = pyvista.ImageData(dimensions=(width, height, 1))
-        image.point_data["rgb"] = np.ascontiguousarray(picture[::-1]).reshape(-1, 3)
+        image.point_data["colour"] = np.ascontiguousarray(picture[::-1]).reshape(-1, bands)
         self._mapper.SetInputData(image)
-        self._actor.SetPosition(left, 0)
+        self.move(left, bottom)
+
+    def move(self, left: int, bottom: int) -> None:
+        """Show the picture that was shown last from another pixel on."""
+        self._actor.SetPosition(left, bottom)
         self._actor.VisibilityOn()
 
     def hide(self) -> None:
