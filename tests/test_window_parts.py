@@ -261,6 +261,22 @@ def test_no_panel_lies_over_another(opened):
     assert not any(opened.hud.place_of(name) for name in ALL), "no room for words"
 
 
+def test_help_lies_over_what_came_later(opened):
+    def within():
+        pixels = np.asarray(opened.plotter.screenshot(return_img=True))[:, :, :3].astype(int)
+        return pixels[y + 8 : y + h - 8, x + 8 : x + w - 8]  # its corners are round
+
+    press(opened, "h")
+    opened.plotter.render()
+    x, y, w, h = opened.hud.place_of("help")
+    before = within()
+    opened.commands.pick(300.5, 160.5)
+    settle(opened)
+    left, top, _, high = opened.hud.place_of("reading")
+    assert left < x + w - 20 and y + 20 < top + high, "it lies there, too"
+    assert np.abs(within() - before).max() < 20  # nearly opaque
+
+
 def test_false_colours_are_interpolated_in_lux(opened, lit):
     press(opened, "f")
     press(opened, "i")

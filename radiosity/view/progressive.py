@@ -100,7 +100,7 @@ class Cover:
         """Make ready to cover a VTK renderer that fills its window, above lower layers."""
         from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
 
-        self._mapper, self._actor = vtkImageMapper(), vtkActor2D()
+        self._renderer, self._mapper, self._actor = renderer, vtkImageMapper(), vtkActor2D()
         self._mapper.SetColorWindow(255.0)  # with this level, bytes are shown as they are
         self._mapper.SetColorLevel(127.5)
         self._actor.SetMapper(self._mapper)
@@ -130,6 +130,11 @@ class Cover:
         """Show the picture that was shown last from another pixel on."""
         self._actor.SetPosition(left, bottom)
         self._actor.VisibilityOn()
+
+    def raise_up(self) -> None:
+        """Draw it after all that was added to the renderer since: VTK heeds the order only."""
+        self._renderer.RemoveViewProp(self._actor)
+        self._renderer.AddViewProp(self._actor)
 
     def hide(self) -> None:
         """Uncover the window."""

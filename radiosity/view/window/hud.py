@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from radiosity.view.progressive import Cover
 from radiosity.view.window.drawing import Control, Panel
 
-LEAST = 160  # pixels of a side of a window that has room for any panel
+LEAST = 240  # pixels of a side of a window that has room for any panel
 LINE = (10, 16)  # pixels that letters are high, in small windows and in large ones
 LINES = 42  # of text that a window of a size in between is high
 PANELS = 2  # layer; marks and labels lie in the one below, above the picture
@@ -54,6 +54,9 @@ class Hud:
         """
         if name not in self._sheets:
             self._sheets[name] = _Sheet(Cover(self._renderer, layer), layer=layer)
+            for sheet in sorted(self._sheets.values(), key=lambda sheet: sheet.layer):
+                if sheet.layer > layer:
+                    sheet.cover.raise_up()
         sheet = self._sheets[name]
         if sheet.panel is None or sheet.key != key:
             sheet.key, sheet.panel = key, make()
