@@ -14,6 +14,7 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 Mesh = list[tuple[str, np.ndarray]]  # the material and the (4, 3) corners of each face
 
+BOOKS = [("red", 0.06, 0.3), ("white", 0.09, 0.26), ("blue", 0.07, 0.33), ("yellow", 0.05, 0.24)]
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)])
 SIDES = {
     "-x": (0, 4, 6, 2), "+x": (1, 3, 7, 5), "-y": (0, 1, 5, 4),
@@ -105,7 +106,7 @@ def living_room() -> Mesh:
     mesh += box("blue", [2.31, 1.76, 0.45], [2.52, 1.92, 0.475], turn=-5)
     mesh += box("white", [2.85, 1.83, 0.42], [2.95, 1.93, 0.6])
     mesh += shelf()
-    mesh += painting(["white", "yellow", "red", "white", "blue", "white"], [2, 1], [1, 2, 1],
+    mesh += painting(["yellow", "white", "red", "blue"], [2, 1], [1, 2],
                      0.9, 0.7, [2.2, 4, 1.6], "north")  # fmt: skip
     return mesh
 
@@ -149,23 +150,13 @@ def table(low, high) -> Mesh:
 
 
 def shelf() -> Mesh:
-    """Return a shelf on the wall at the back, with books of many sizes."""
-    x0, x1, y0, y1 = 3.95, 4.9, 3.7, 4.0
-    mesh: Mesh = []
-    for z in (0.1, 0.55, 1.0, 1.45):
-        mesh += box("walnut", [x0, y0, z], [x1, y1, z + 0.03], ["-y", "-z", "+z"])
-    for x in (x0 - 0.03, x1):
-        mesh += box("walnut", [x, y0, 0], [x + 0.03, y1, 1.5], ["-x", "+x", "-y", "+z"])
-    rng = np.random.default_rng(3)
-    for z in (0.13, 0.58, 1.03):
-        x, end = x0 + 0.02, x1 - 0.25
-        while x < end:
-            thick, tall = rng.uniform(0.08, 0.2), rng.uniform(0.22, 0.36)
-            colour = ("red", "blue", "white", "yellow", "sage")[rng.integers(5)]
-            front, sides = y0 + rng.uniform(0.03, 0.08), ["-x", "+x", "-y", "+z"]
-            mesh += box(colour, [x, front, z], [x + thick, y1 - 0.02, z + tall], sides)
-            x += thick + 0.004
-    return mesh
+    """Return a low shelf on the wall at the back, with a row of books and a vase on it."""
+    mesh = box("walnut", [3.9, 3.6, 0], [4.9, 4, 0.8], ["-x", "+x", "-y", "+z"])
+    x = 3.96
+    for colour, thick, tall in BOOKS:
+        mesh += box(colour, [x, 3.68, 0.8], [x + thick, 3.9, 0.8 + tall], ["-x", "+x", "-y", "+z"])
+        x += thick + 0.004
+    return mesh + box("white", [4.58, 3.7, 0.8], [4.72, 3.84, 1.2], turn=30)
 
 
 def obj(mesh: Mesh) -> str:
