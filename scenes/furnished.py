@@ -78,7 +78,7 @@ def museum() -> Mesh:
                   south="wall", north="wall")  # fmt: skip
     mesh += painting(["white", "blue", "white", "red", "white", "yellow"], [3, 2], [1, 2, 1.5],
                      1.2, 1.5, [1.6, 6, 1.65], "north")  # fmt: skip
-    mesh += painting(["yellow", "white", "white", "white", "red", "blue", "white", "white", "white"],
+    mesh += painting(["yellow", *3 * ["white"], "red", "blue", *3 * ["white"]],
                      [1, 3, 1], [1, 3, 1], 1.5, 1.5, [4.0, 6, 1.65], "north")  # fmt: skip
     mesh += painting(["red", "white", "white", "blue", "yellow", "white"], [1, 2], [2, 1, 1],
                      1.2, 1.5, [6.4, 6, 1.65], "north")  # fmt: skip
