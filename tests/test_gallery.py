@@ -182,12 +182,28 @@ def test_figure_8_scales_the_peak_of_dull_facets(blinn):
     assert np.pi * model.value(up, up) == pytest.approx(np.outer(peak, np.ones(3)))
 
 
+@pytest.mark.parametrize("name", ["museum", "living_room"])
+def test_the_furniture_is_what_the_script_makes(name, monkeypatch):
+    furnished = script("furnished", monkeypatch)
+    made = furnished.obj(getattr(furnished, name)())
+    assert (SCENES / f"{name}.obj").read_text() == made
+
+
+def test_the_room_of_the_how_to_is_the_one_that_ships():
+    page = (ROOT / "docs" / "lighting.md").read_text()
+    parts = re.findall(r"```toml\n(.*?)```", page, re.S)
+    shipped = (SCENES / "meeting_room.toml").read_text()
+    assert len(parts) == 4
+    for part in parts:
+        assert part in shipped, part
+
+
 def test_the_page_shows_every_picture_and_what_made_it():
     text = (ROOT / "docs" / "gallery.md").read_text()
     others = "".join(p.read_text() for p in (ROOT / "docs").glob("*.md"))
     for picture in sorted(GALLERY.iterdir()):
         assert picture.stat().st_size < 400_000, picture.name
-        shown = text if not picture.name.startswith("light_") else others
+        shown = text if not picture.name.startswith(("light_", "meeting_")) else others
         assert f"gallery/{picture.name}" in shown, picture.name
     for command in re.findall(r"^(?:\.venv/bin/)?python (\S+\.py)", text, re.M):
         assert (ROOT / command).exists(), command

@@ -19,7 +19,7 @@ def test_scene_loads_without_remarks(path):
     assert scene.cameras
 
 
-@pytest.mark.parametrize("name", ["box6", "furnace", "sphere"])
+@pytest.mark.parametrize("name", ["box6", "enclosure", "furnace", "sphere"])
 def test_scene_meets_its_own_truth(name):
     path = SCENES / f"{name}.toml"
     mesh = str(radiosity.load(path).truth.mesh)
