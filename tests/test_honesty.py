@@ -1,5 +1,7 @@
 """Estimates hold in scenes that are made to fool sample points, rays and the repair."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scenes_for_tests import SQUARE, block, box
@@ -7,6 +9,7 @@ from test_contact import divided
 
 import radiosity
 
+SCENES = Path(__file__).resolve().parent.parent / "scenes"
 FLOOR = SQUARE
 
 
@@ -179,3 +182,15 @@ def test_slivers_do_not_meet_themselves(width):
         faces = [*np.arange(24).reshape(6, 4).tolist(), [24, 25, 26]]
         found = radiosity.form_factors((np.array(corners), faces), 1e-3, repair=False)
         assert found.openness.share[6] == 0
+
+
+def test_no_light_is_negative_and_bars_reach_what_was_cut_off():
+    """At the foot of the Cornell box's short block lines through a steep rise fall below 0."""
+    solution = radiosity.solve(radiosity.load(SCENES / "cornell_box.toml"), 0.02)
+    point = [[209.221, 0.0322, 89.262], [278.0, 0.0, 40.0]]
+    normal = [[0.29283, 0, -0.95617], [0, 1, 0]]
+    found, error = solution.irradiance(point, normal)
+    raw = solution.level.gathered(np.array(point), np.array(normal)).total
+    assert raw[0].min() < -1e-3 and raw[1].min() > 0.0
+    assert np.array_equal(found, np.maximum(raw, 0.0))
+    assert np.all(error[0] > -raw[0])

@@ -263,7 +263,7 @@ class Solution:
         Returns
         -------
         E : (k, bands) float64
-            W/m2 for each band.
+            W/m2 for each band, at least 0.
         error : (k, bands) float64
             What at least 95 % of the errors stay below, estimated from another level, see
             `Solution.estimate`, and from rays where those had to tell what is seen.
@@ -278,8 +278,9 @@ class Solution:
         here = self.level.gathered(points, normals, progress)
         there = check.level.gathered(points, normals)
         difference = check.share * (here.total - there.total)
-        noise = noise_of(here, there, check.share)
-        return here.total, estimate.bars(here.total, difference) + noise
+        error = estimate.bars(here.total, difference) + noise_of(here, there, check.share)
+        below = np.maximum(-here.total, 0.0)  # light of linear elements that dip below 0
+        return here.total + below, error + below
 
     @property
     def illuminance(self) -> np.ndarray:
