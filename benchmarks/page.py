@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 from test_page import Browser  # noqa: E402  what drives it, written once
 from test_page_mesh import misses, scattered  # noqa: E402
 
-from radiosity.view.page.gathered import gathered_mesh  # noqa: E402
+from radiosity.view.fine.finemesh import gathered_mesh  # noqa: E402
 from radiosity.view.page.page import page_of  # noqa: E402
 
 SCENES, COUNT = ("cornell_box", "office", "point_spot"), 4000

@@ -23,8 +23,8 @@ from radiosity.light.sources import Point
 from radiosity.light.texture import srgb_to_linear
 from radiosity.scene.model import Camera, Scene
 from radiosity.solve.solve import solve
+from radiosity.view.fine.finemesh import gathered_mesh
 from radiosity.view.methods import render
-from radiosity.view.page.gathered import gathered_mesh
 from radiosity.view.page.page import page_of, write_page
 from radiosity.view.shading import auto_exposure
 

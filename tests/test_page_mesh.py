@@ -21,10 +21,11 @@ from radiosity.scene.model import Scene
 from radiosity.solve.positive import not_negative
 from radiosity.solve.relight import told_apart
 from radiosity.solve.solve import solve
-from radiosity.view.page.cells import is_triangle, numbered, points_of, whole_patches
+from radiosity.view.fine.cells import is_triangle, numbered, points_of, whole_patches
+from radiosity.view.fine.finemesh import gathered_mesh
+from radiosity.view.fine.looks import looks_of
 from radiosity.view.page.contents import page_exposure
-from radiosity.view.page.gathered import gathered_mesh
-from radiosity.view.page.looks import looks_of, not_shown, picture_of
+from radiosity.view.page.looks import not_shown, picture_of
 from radiosity.view.page.packing import Packer, picture_url
 from radiosity.view.polydata import shown_patches
 from radiosity.view.shading import auto_exposure

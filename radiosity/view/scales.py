@@ -31,6 +31,11 @@ def illuminance_scale(solution: Solution, logarithmic: bool = False) -> Scale:
     ('lx', True)
     """
     lux, area = solution.illuminance[solution.live], solution.patches.area[solution.live]
+    return spread_scale(lux, area, logarithmic)
+
+
+def spread_scale(lux: np.ndarray, area: np.ndarray, logarithmic: bool = False) -> Scale:
+    """Return such a scale for illuminances (k,) in lx that parts of the area (k,) have."""
     if logarithmic or not len(lux):
         return Scale(round_up(lux.max(initial=0.0)), DECADES if logarithmic else 0.0, "lx")
     order = np.argsort(lux)

@@ -9,9 +9,10 @@ from radiosity.scene.units import turn_between
 from radiosity.solve.solution import Solution
 from radiosity.view.camera import basis
 from radiosity.view.falsecolour import STEPS, Scale, round_up
+from radiosity.view.fine.finemesh import FineMesh
+from radiosity.view.fine.looks import looks_of
 from radiosity.view.image import exposure_for
-from radiosity.view.page.gathered import PageMesh
-from radiosity.view.page.looks import looks_of, not_shown, picture_of
+from radiosity.view.page.looks import not_shown, picture_of
 from radiosity.view.page.packing import Packer, picture_url
 from radiosity.view.shading import auto_exposure
 
@@ -19,7 +20,7 @@ MOSTLY = 0.98  # of the surfaces are darker than the end of the false colours' s
 
 
 def contents_of(
-    solution: Solution, mesh: PageMesh, camera: Camera | None, exposure: float | None
+    solution: Solution, mesh: FineMesh, camera: Camera | None, exposure: float | None
 ) -> tuple[dict, str]:
     """Return what a page is to know as plain lists and numbers, and its arrays as text."""
     scene, packer = solution.scene, Packer()

@@ -11,8 +11,8 @@ from radiosity.scene.model import Camera
 from radiosity.solve.solution import Solution
 from radiosity.transport.files import written_whole
 from radiosity.transport.threads import Progress, silent
+from radiosity.view.fine.finemesh import FineMesh, gathered_mesh
 from radiosity.view.page.contents import contents_of
-from radiosity.view.page.gathered import PageMesh, gathered_mesh
 
 SCRIPTS = "vectors", "light", "camera", "draw", "pick", "panel", "main"  # in this order
 
@@ -44,7 +44,7 @@ def write_page(
 
 
 def page_of(
-    solution: Solution, mesh: PageMesh, camera: Camera | None = None, exposure: float | None = None
+    solution: Solution, mesh: FineMesh, camera: Camera | None = None, exposure: float | None = None
 ) -> str:
     """Return the text of a page that shows a solution's mesh; see `write_page`.
 

@@ -15,6 +15,7 @@ from radiosity.view.window.geometry import Corners, bare_faces
 from radiosity.view.window.lamps import Lamps
 from radiosity.view.window.later import Later
 from radiosity.view.window.look import Look
+from radiosity.view.window.refining import Refining
 from radiosity.view.window.surfaces import Surfaces
 
 NOTHING = (30, 32, 36)  # behind false colours: what has no value
@@ -32,6 +33,8 @@ class Display:
     lamps : Lamps or None
         What light there is instead.
     look : Look
+    refining : Refining
+        What illuminance is shown on, once it is asked for and there.
     scale : Scale or None
         Of the false colours.
     levels : (k,) float64
@@ -43,7 +46,7 @@ class Display:
         self.surfaces, self._plotter, self._scene = Surfaces(plotter), plotter, scene
         self._start = start or (lambda solution: Tones(auto_exposure(solution)))
         self.solution = self.lamps = self._corners = self._errors = self.scale = None
-        self.look, self.levels = Look(Tones(1.0), 1.0), NONE
+        self.look, self.levels, self.refining = Look(Tones(1.0), 1.0), NONE, Refining()
         points, cells, rgb = bare_faces(scene, camera)
         self.surfaces.place(points, cells)
         self.surfaces.paint(tone_map(rgb, 1.0))
@@ -53,7 +56,6 @@ class Display:
         """Show another solution of the scene, keeping what the user has chosen."""
         if self.solution is None or solution.patches is not self.solution.patches:
             self._corners = Corners(solution)
-            self.surfaces.place(self._corners.points, self._corners.cells)
         tones, first = self._start(solution), self.solution is None
         self.look.tones, self.look.automatic = tones, auto_exposure(solution)
         self.look.ends.clear()
@@ -61,6 +63,8 @@ class Display:
             self.look.begin_with(tones.scale, first)
         self.solution, self.lamps = solution, Lamps(solution, self._corners)
         self._errors = None
+        self.refining.stop(0.0)
+        self.refining = Refining()
         self.colour()
 
     @property
@@ -92,10 +96,40 @@ class Display:
             raise self._errors.error
         return self._errors.result
 
+    def refine(self) -> bool:
+        """Begin to refine what illuminance is shown on; return whether it is there just now.
+
+        Raises
+        ------
+        Exception
+            What refining ended in.
+        """
+        if self.look.mode == "illuminance":
+            self.refining.start(self.solution)
+        if not self.refining.hear():
+            return False
+        self.look.forget_suited(self.solution)
+        return True
+
     def colour(self) -> None:
         """Colour the surfaces anew."""
         if self.lamps is None:
             return
+        fine = self.refining.mesh
+        if fine is not None and self.look.mode == "illuminance" and not self.surfaces.edges:
+            self.surfaces.place(fine.points, fine.cells)
+            values = fine.illuminance(self.lamps.factors)
+            self._map(values, self.look.scale(None, spread=fine.spread), self.look.isolines)
+        else:
+            self.surfaces.place(self._corners.points, self._corners.cells)
+            self._colour_patches()
+        behind = NOTHING
+        if self.look.gathers:
+            outside = self.lamps.solution.surroundings.field.outside
+            behind = self.tones.shown(self._scene.bands.to_rgb(outside) / np.pi)
+        self._plotter.set_background([int(v) for v in behind])
+
+    def _colour_patches(self):
         (b, e), bands, mode = self.lamps.at_corners(), self._scene.bands, self.look.mode
         if mode == "picture" or (mode == "error" and self.shares is None):
             self.scale, self.levels = None, NONE
@@ -106,9 +140,6 @@ class Display:
             lux = mode == "illuminance"
             values = illuminance(e, bands) if lux else photometric(b / np.pi, bands)
             self._map(values, self.look.scale(self.solution), self.look.isolines)
-        outside = bands.to_rgb(self.lamps.solution.surroundings.field.outside) / np.pi
-        behind = self.tones.shown(outside) if self.look.gathers else NOTHING
-        self._plotter.set_background([int(v) for v in behind])
 
     def _map(self, values, scale: Scale, lines: bool):
         self.scale, self.levels = scale, round_numbers(scale) if lines else NONE

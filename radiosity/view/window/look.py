@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from radiosity.view.falsecolour import Scale, round_up
-from radiosity.view.scales import error_scale, illuminance_scale, luminance_scale
+from radiosity.view.scales import error_scale, illuminance_scale, luminance_scale, spread_scale
 from radiosity.view.tones import Tones
 
 STOP = 0.5  # of exposure, that a key changes
@@ -76,11 +76,17 @@ class Look:
         else:
             self.ends.pop(self._key, None)
 
-    def scale(self, solution, shares: np.ndarray | None = None) -> Scale:
-        """Return the scale of the false colours; ``shares`` (n,) are the errors in %."""
+    def scale(self, solution, shares=None, spread=None) -> Scale:
+        """Return the scale of the false colours.
+
+        ``shares`` (n,) are the errors in %; ``spread`` is a finer one of illuminances over areas,
+        see `radiosity.view.scales.spread_scale`, than the solution's patches are.
+        """
         if self._key not in self.ends:
             if self.mode == "error":
                 made = error_scale(shares, self.logarithmic)
+            elif self.mode == "illuminance" and spread is not None:
+                made = spread_scale(*spread, self.logarithmic)
             else:
                 suited = illuminance_scale if self.mode == "illuminance" else luminance_scale
                 made = suited(solution, self.logarithmic)
@@ -92,6 +98,13 @@ class Look:
         if first:
             self.mode, self.logarithmic = "luminance", scale.decades > 0.0
         self.ends["luminance", scale.decades > 0.0] = scale
+
+    def forget_suited(self, solution) -> None:
+        """Let scales of illuminance be made anew but for those that the user has changed."""
+        for logarithmic in (False, True):
+            key = "illuminance", logarithmic
+            if self.ends.get(key) == illuminance_scale(solution, logarithmic):
+                del self.ends[key]
 
     @property
     def _key(self):

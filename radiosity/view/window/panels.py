@@ -73,6 +73,8 @@ def note_rows(window, stage, message: str) -> list[Row]:
         rows.append(Row("telling the lights apart \u2026"))
     if display.look.mode == "error" and display.estimating:
         rows.append(Row("estimating the error \u2026"))
+    if display.refining.share is not None:
+        rows.append(Row("refining", "", display.refining.share, knob=False, faint=True))
     if window.pick.measuring:
         rows.append(Row("measuring \u2026"))
     if progress is not None:

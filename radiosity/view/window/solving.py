@@ -1,4 +1,4 @@
-"""A solve in a thread of its own: how far it is, what was found so far, and a way to end it."""
+"""Work in a thread of its own, such as a solve: how far it is, what was found, a way to end it."""
 
 import threading
 import time

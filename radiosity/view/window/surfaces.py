@@ -35,7 +35,9 @@ class Surfaces:
         return self._actor
 
     def place(self, points: np.ndarray, cells: np.ndarray) -> None:
-        """Take another mesh, of points (p, 3) and cells as pyvista has them, to be coloured."""
+        """Take a mesh of points (p, 3) and cells as pyvista has them, to be coloured."""
+        if points is self._points and cells is self._cells:
+            return
         self._points, self._cells, self._triangles = points, cells, None
         self._placed = False
 

@@ -198,6 +198,7 @@ class Window:
         self.plotter.close()
         if thread is not None:
             thread.join(PARTING)
+        self.display.refining.stop(PARTING)
         if self._solving is not None:
             self._solving.stop(LAST_REPORT)
 
@@ -287,6 +288,7 @@ class Window:
         self._hear_lamps()
         if self.pick.hear():
             self.changed()
+        self._refine()
         if self._saving is not None and self._saving.ready:
             done, self._saving = self._saving, None
             if done.error is not None:
@@ -301,6 +303,14 @@ class Window:
             if display.look.mode == "error":
                 display.estimate()
                 self.recolour()
+
+    def _refine(self):
+        """Show illuminance on the fine mesh as soon as that is there, and how far it is."""
+        if self.display.refine():
+            self.recolour()
+        elif self.display.refining.share is not None and self._looked - self._told >= EVERY:
+            self._told = self._looked
+            self.changed()
 
     def _hear_lamps(self):
         """Show the light that was asked for as soon as its groups are told apart."""

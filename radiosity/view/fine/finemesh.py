@@ -1,4 +1,7 @@
-"""The display mesh of a page: a solution's surfaces with gathered light at their vertices."""
+"""The fine mesh: a solution's surfaces with gathered light at their vertices.
+
+The page shows it, and the window its illuminance.
+"""
 
 from dataclasses import dataclass
 
@@ -13,17 +16,17 @@ from radiosity.transport.curved import smooth_normals
 from radiosity.transport.lookup import coordinates_at
 from radiosity.transport.threads import Progress, silent
 from radiosity.view.detail import Detail
-from radiosity.view.page.looks import looks_of
-from radiosity.view.page.refine import Light, refined
-from radiosity.view.page.seams import fans_of
+from radiosity.view.fine.looks import looks_of
+from radiosity.view.fine.refine import Light, refined
+from radiosity.view.fine.seams import fans_of
 from radiosity.view.polydata import shown_patches
 
-ALL = "all light"
+ALL, STAGE = "all light", "gathered light"
 MOST, MOST_TRACED = 40_000, 10_000  # vertices, about; where rays follow light they take far longer
 
 
 @dataclass(frozen=True)
-class PageMesh:
+class FineMesh:
     """Triangles with light at their vertices.
 
     Attributes
@@ -55,10 +58,10 @@ class PageMesh:
 
 def gathered_mesh(
     solution: Solution, progress: Progress = silent, most: int | None = None
-) -> PageMesh:
+) -> FineMesh:
     """Return a solution's surfaces, fine enough that light is straight between the vertices.
 
-    See `radiosity.view.page.refine.refined` for what that is. ``most`` is about how many there may
+    See `radiosity.view.fine.refine.refined` for what that is. ``most`` is about how many there may
     be, MOST or, where light is followed by rays through mirrors and glass, MOST_TRACED if not
     given.
 
@@ -70,22 +73,24 @@ def gathered_mesh(
     >>> mesh.groups, set(mesh.lux.round().ravel().tolist())  # everywhere as much, 683 Y(E)
     (('wall',), {2259.0})
     """
-    look, patches = _Look(solution), solution.patches
     if most is None:
         most = MOST if solution.level.tracer is None else MOST_TRACED
+    look, patches = _Look(solution, most), solution.patches
     cells, seen = refined(patches, shown_patches(solution), look, progress, most)
     fans = fans_of(patches, cells, seen, look, progress)
+    progress(STAGE, 1, 1)
     uv = _uv(solution, fans.patch, fans.points)
     light = fans.light
-    return PageMesh(
+    return FineMesh(
         fans.points, fans.patch, uv, fans.triangles, look.groups, light.lux, light.reflected
     )
 
 
 class _Look:
-    """Looks at light on patches of a solution, of each group by itself."""
+    """Looks at light on patches, of each group by itself, at about ``most`` points in all."""
 
-    def __init__(self, solution):
+    def __init__(self, solution, most):
+        self.looked, self.most = 0, most
         self.solution, self.looks = solution, looks_of(solution.scene)
         self.groups = solution.groups if solution.can_dim else (ALL,)
         self.groups = self.groups or (ALL,)
@@ -100,14 +105,21 @@ class _Look:
         e, error = np.zeros(shape), np.zeros((len(points), bands.count))
         points, normals = self._on_curve(patch, points)
         if live.any():
-            found = self.level.gathered(points[live], normals[live], _named(progress))
+            report = self._counted(progress, len(points))
+            found = self.level.gathered(points[live], normals[live], report)
             e[live] = np.maximum(found.total.reshape(-1, *shape[1:]), 0.0)
             error[live] = found.error.reshape(-1, *shape[1:]).sum(axis=1)
+        self.looked += len(points)
         material = solution.scene.faces.material[patches.face[patch]]
         side = np.where(patches.front[patch], 0, 1)
         sent = self.looks.reflects[side, material][:, None] * e
         self._add_passed(sent, material, live, points, normals)
         return Light(illuminance(e, bands), illuminance(error, bands), bands.to_rgb(sent))
+
+    def _counted(self, progress, count):
+        """Return what tells how many of all points are done while ``count`` are looked at."""
+        before, whole = self.looked, max(self.most, self.looked + count)
+        return lambda stage, done, total: progress(STAGE, before + count * done // total, whole)
 
     def _add_passed(self, sent, material, live, points, normals):
         """Add to what sheets send (k, g, bands) what comes through them from the other side."""
@@ -130,10 +142,6 @@ class _Look:
         sides, table = np.where(patches.front[patch], 1.0, -1.0), self.solution.surroundings.table
         smooth = smooth_normals(scene.faces, table, sides[:, None] * own, face, points)
         return Detail(scene, table).raised(face, points, sides), sides[:, None] * smooth
-
-
-def _named(progress):
-    return lambda stage, done, total: progress("light for the page", done, total)
 
 
 def _uv(solution, patch, points):

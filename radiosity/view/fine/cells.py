@@ -1,4 +1,4 @@
-"""Cells of a page: patches divided where light asks for it, and the points where it is looked at.
+"""Cells of the fine mesh: parts of patches, and the points where light is looked at for them.
 
 A patch has coordinates (U, V) in whole numbers from 0 to SIDE, so that a point is the same for all
 cells that share it. Each cell has its corners, the middles of its edges, and its centre.

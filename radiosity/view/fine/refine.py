@@ -7,7 +7,7 @@ import numpy as np
 
 from radiosity.mesh.patches import Patches
 from radiosity.transport.threads import Progress
-from radiosity.view.page.cells import (
+from radiosity.view.fine.cells import (
     ALL,
     DEPTH,
     FEW,

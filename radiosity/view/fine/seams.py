@@ -6,8 +6,8 @@ import numpy as np
 
 from radiosity.mesh.faces import WELD, welded
 from radiosity.mesh.patches import Patches
-from radiosity.view.page.cells import Cells, moved_in, patch_of, points_of
-from radiosity.view.page.refine import Light, Look, Seen
+from radiosity.view.fine.cells import Cells, moved_in, patch_of, points_of
+from radiosity.view.fine.refine import Light, Look, Seen
 
 ON_EDGE = 2.0 * WELD  # of the scene's size, the distance within which a point lies on an edge
 
