@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 EDGES = "#404448"
 DARK = 0.6  # place on the scale from which on lines are dark, being white below
 TOWARDS_EYE = -4.0  # depth by which lines are drawn before the surfaces that they lie on
+STEEP = 2.0  # pixels, of which a slope's depth is added: lines are as wide on surfaces seen aslant
 
 
 class Surfaces:
@@ -111,6 +112,8 @@ class Surfaces:
             line_width=1, reset_camera=False, show_scalar_bar=False, render=False,
             show_edges=self.edges, **how,
         )  # fmt: skip
+        self._actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        self._actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(STEEP, 0.0)
 
     def _draw_lines(self, segments):
         """Draw segments as `contours` returns them, or none."""
