@@ -118,8 +118,13 @@ class _Look:
 
     def _counted(self, progress, count):
         """Return what tells how many of all points are done while ``count`` are looked at."""
-        before, whole = self.looked, max(self.most, self.looked + count)
-        return lambda stage, done, total: progress(STAGE, before + count * done // total, whole)
+        before = self.looked
+        self.most = most = max(self.most, count)  # already of the first look, where patches abound
+
+        def report(stage, done, total):
+            progress(STAGE, min(before + count * done // total, most), most)
+
+        return report
 
     def _add_passed(self, sent, material, live, points, normals):
         """Add to what sheets send (k, g, bands) what comes through them from the other side."""
