@@ -105,6 +105,11 @@ def test_keys_and_mouse_on_the_screen(solved, screen, tmp_path):
         columns = [len(table & set(map(tuple, false[:, x]))) for x in range(SIZE[0] // 2, SIZE[0])]
         assert max(columns) > 200, "a scale with all of the colours stands at the right"
 
+        def refined(pixels):
+            wall = (slice(120, 250), slice(160, 340))  # most of the back wall, without panels
+            return shown(pixels, at, colours) and np.any(pixels != false, axis=2)[wall].mean() > 0.5
+
+        screen.until(refined, "about the same illuminance, but on the fine mesh")
         pick(solved, screen)
         screen.key("f", "f")  # over luminance back to the picture
         screen.until(lambda p: shown(p, at, plain), "the picture again")
