@@ -1,6 +1,6 @@
 """The fine mesh: a solution's surfaces with gathered light at their vertices.
 
-The page shows it, and the window its illuminance.
+A page shows it, and the window illuminance on it.
 """
 
 from dataclasses import dataclass

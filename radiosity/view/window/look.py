@@ -79,13 +79,13 @@ class Look:
     def scale(self, solution, shares=None, spread=None) -> Scale:
         """Return the scale of the false colours.
 
-        ``shares`` (n,) are the errors in %; ``spread`` is a finer one of illuminances over areas,
-        see `radiosity.view.scales.spread_scale`, than the solution's patches are.
+        ``shares`` (n,) are the errors in %. ``spread`` are illuminances and areas of parts finer
+        than patches, as `radiosity.view.scales.spread_scale` takes them.
         """
         if self._key not in self.ends:
             if self.mode == "error":
                 made = error_scale(shares, self.logarithmic)
-            elif self.mode == "illuminance" and spread is not None:
+            elif spread is not None:
                 made = spread_scale(*spread, self.logarithmic)
             else:
                 suited = illuminance_scale if self.mode == "illuminance" else luminance_scale

@@ -24,6 +24,10 @@ class Fine:
         As pyvista takes them.
     spread : tuple of (t,) float64
         Mean illuminances of the triangles that light reaches, in the scene's own light, and areas.
+    groups : (g,) tuple of str
+        Of light.
+    lux : (p, g) float64
+        Illuminance by each group.
     """
 
     points: np.ndarray
@@ -50,7 +54,7 @@ def fine_of(solution: Solution, progress: Progress = silent) -> Fine:
 
 
 def can_refine(solution) -> bool:
-    """Return whether patches may be divided; where they are as many as points, they are fine."""
+    """Return whether patches can be divided: some were solved for, and are fewer than points."""
     return isinstance(solution, Solution) and len(shown_patches(solution)) <= MOST
 
 

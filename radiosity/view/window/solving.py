@@ -44,7 +44,7 @@ class Stage:
 
 
 class Solving:
-    """A solve that a window shows.
+    """A solve that a window shows, or other work that tells how far it is.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Solving:
         What ended it.
     stage : Stage or None
         What it is at.
-    newest : Solution or None
+    newest : Solution, other result or None
         The latest that was found; when `ready`, the answer.
     thread : threading.Thread
     """
