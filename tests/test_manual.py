@@ -15,10 +15,11 @@ PAGES = sorted(DOCS.glob("*.md"))
 BIN = Path(sys.executable).parent
 BLOCK = re.compile(r"^```(sh|python|toml)\n(.*?)^```", re.S | re.M)
 SAVED = re.compile(r"[Ss]ave this as `([\w.]+)`")
-# Pictures are made small, and some scenes of the gallery, which take long, on coarse meshes.
+# Pictures are made small and of coarse solutions, and of some scenes on given meshes.
 SMALL = {
     "radiosity view": "--size 24x24", "radiosity render": "--size 24x24",
-    "tradeoff": "--accuracy 0.1 --size 24x24", "radiosity report": "--accuracy 0.1 --size 24x24",
+    "radiosity report": "--size 24x24", "radiosity tradeoff": "--size 24x24 --accuracy 0.1",
+    "render scenes": "--accuracy 0.1", "report scenes": "--accuracy 0.1",
 }  # fmt: skip
 COARSE = "glass_ball", "living_room", "museum"
 
@@ -42,10 +43,10 @@ def shortened(line):
     if script:
         tested = "".join(p.read_text() for p in (ROOT / "tests").glob("test_*.py"))
         return f"test -f {script[1]}" if Path(script[1]).name in tested else line
-    if "--html" in line or "--size" in line:
+    if "--html" in line or "--solvers" in line:
         return line
-    line, _, _ = line.partition("#")
-    added = [more for key, more in SMALL.items() if key in line]
+    line = re.sub(r"--size \S+", "", line.partition("#")[0])
+    added = [m for key, m in SMALL.items() if key in line and m.split()[0] not in line]
     return " ".join([line, *added, *("--mesh 1 --order 0" for name in COARSE if name in line)])
 
 
