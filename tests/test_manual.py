@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+import radiosity
+
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 PAGES = sorted(DOCS.glob("*.md"))
@@ -102,3 +104,11 @@ def test_every_page_is_in_the_contents():
     listed = re.findall(r"```\{toctree\}.*?```", (DOCS / "index.md").read_text(), re.S)
     words = set(re.findall(r"^(?:.*<)?([\w./]+)>?$", "\n".join(listed), re.M))
     assert {p.stem for p in PAGES} - {"index"} <= words
+
+
+def test_every_public_name_is_on_the_page_of_the_api():
+    text = (DOCS / "api.md").read_text()
+    listed, described = text.split("## Scenes")
+    for name in radiosity.__all__:
+        assert f"`{name}`" in listed, name
+        assert re.search(rf"auto\w+:: radiosity\.(solve\.solve\.)?{name}$", described, re.M), name
