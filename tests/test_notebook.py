@@ -1,6 +1,7 @@
 """Notebooks: a real one is run, and what it shows are pictures and tables of what was computed."""
 
 import base64
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -116,3 +117,12 @@ def test_markup_escapes_all_but_markup():
     made = table(["<h>"], [["<c>"]])
     assert "&lt;h&gt;" in made and "&lt;c&gt;" in made and isinstance(made, Markup)
     assert "#bc00ff" in swatch([0.5, -1, 7])  # sRGB of 0.5 is 188
+
+
+def test_printed_in_a_line_without_arrays(solution):
+    assert repr(solution.scene) == "<Scene 'Room of six faces': 6 faces, 6 materials, lengths in m>"
+    assert re.fullmatch(r"<Solution of 'Room of six faces': \d+ patches, [\w-]+>", repr(solution))
+    image = radiosity.render(solution, size=(4, 3), samples=4)
+    assert repr(image) == "<Image of 4 x 3 pixels>"
+    told = str(radiosity.plan(solution.scene, 0.1))
+    assert "visibility       nothing" in told and "patches          about" in told

@@ -89,7 +89,7 @@ def test_both_ways_agree_on_fine_meshes(fine):
 def test_the_script_prints_the_same_heat_and_draws(tmp_path, fine):
     picture = tmp_path / "enclosure.png"
     done = subprocess.run(
-        [sys.executable, str(SCENE.with_suffix(".py")), "--size", "24", "-o", str(picture)],
+        [sys.executable, str(SCENE.with_name("enclosure.py")), "--size", "24", "-o", str(picture)],
         capture_output=True, text=True, timeout=600,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

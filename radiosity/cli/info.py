@@ -7,6 +7,7 @@ from radiosity.cli.answer import print_answer
 from radiosity.cli.contents import facts
 from radiosity.cli.given import refuse_solving
 from radiosity.cli.session import reached_line
+from radiosity.scene.names import counted
 
 
 def info(
@@ -46,8 +47,8 @@ def _solved(solution) -> list[str]:
     kind = "clusters of constant" if solution.plan.clusters else kind
     return [
         "",
-        f"solved: {len(solution.patches)} patches, {kind} elements, {len(level.history)} "
-        f"iterations of {level.solver}, seed {solution.seed}",
+        f"solved: {counted(len(solution.patches), 'patch')}, {kind} elements, "
+        f"{counted(len(level.history), 'iteration')} of {level.solver}, seed {solution.seed}",
         f"error: {reached_line(solution)}",
         f"dim: {', '.join(solution.groups) if solution.can_dim else 'too many light groups'}",
     ]

@@ -2,6 +2,7 @@
 
 from radiosity.cli.answer import solved
 from radiosity.cli.session import budget_line, falls_short, reached_line
+from radiosity.scene.names import counted
 
 
 def summary(solution) -> str:
@@ -10,7 +11,7 @@ def summary(solution) -> str:
     rows = [
         f"patches       {told['patches']} ({told['covered']} covered, {told['unlit']} unlit)",
         f"scene         {'closed' if told['closed'] else 'open'}",
-        f"solver        {told['solver']}, {told['iterations']} iterations, "
+        f"solver        {told['solver']}, {counted(told['iterations'], 'iteration')}, "
         f"error bound {told['error_bound']:.1e}",
         *_power_rows(told["power"]),
     ]

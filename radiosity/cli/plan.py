@@ -46,18 +46,7 @@ def plan(
 
 def table(forecast, name: str) -> str:
     """Return the decisions and what they will cost as text."""
-    from radiosity.solve.plan import size_text
-
-    lines = [f"{name} at an accuracy of {o.percent(forecast.plan.accuracy)}", ""]
-    for r in forecast.requirements:
-        lines.append(f"{r.name:17}{r.model:18}{r.reason}")
-    lines += [
-        "",
-        f"{'patches':17}about {forecast.patches}",
-        f"{'time':17}about {forecast.seconds:.2g} s, start-up left out",
-        f"{'memory':17}about {size_text(forecast.memory)}",
-    ]
-    return "\n".join(lines)
+    return f"{name} at an accuracy of {o.percent(forecast.plan.accuracy)}\n\n{forecast}"
 
 
 def facts(forecast, name: str) -> dict:

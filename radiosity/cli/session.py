@@ -6,6 +6,7 @@ import typer
 
 from radiosity.cli.options import parse_memory, parse_time, percent, use_threads
 from radiosity.cli.progress import remark
+from radiosity.scene.names import counted
 
 
 @dataclass(frozen=True)
@@ -106,8 +107,8 @@ def solve_scene(scene, asked: Asked, progress, factors=None, goal=None, watch=No
         }[solution.solver]
         remark(f"note: solved by {solution.solver}: {why}", asked.quiet)
     remark(
-        f"solved {scene.name}: {len(solution.patches)} patches, {len(solution.history)} iterations "
-        f"in {seconds:.1f} s",
+        f"solved {scene.name}: {counted(len(solution.patches), 'patch')}, "
+        f"{counted(len(solution.history), 'iteration')} in {seconds:.1f} s",
         asked.quiet,
     )
     return solution

@@ -12,6 +12,7 @@ from radiosity.mesh.contact import find_contacts
 from radiosity.mesh.findings import MEANS, Findings, find_flaws
 from radiosity.scene.groups import AMBIENT, groups_of_lights, kind_of_light
 from radiosity.scene.model import Camera, Scene
+from radiosity.scene.names import counted
 
 FEW = 3  # bands whose numbers are all told
 
@@ -170,8 +171,9 @@ def finding_words(scene: Scene) -> list[str]:
     contacts, flaws = flaws_of(scene)
     covered = sum(bool(c.covers or c.hides) for c in contacts.values())
     found = [
-        f"contact: {len(contacts)} faces are met by others in their plane, {covered} lie on others",
-        f"mesh: {flaws.outward + flaws.inward} closed pieces ({flaws.outward} look out, "
+        f"contact: {counted(len(contacts), 'face')} met by others in their plane, {covered} of all "
+        "lie on others",
+        f"mesh: {counted(flaws.outward + flaws.inward, 'closed piece')} ({flaws.outward} look out, "
         f"{flaws.inward} in), {flaws.open} open",
         *(f"found: {f.count} {MEANS[f.kind]}{_places(f, scene)}" for f in flaws.found),
     ]

@@ -8,6 +8,7 @@ import numpy as np
 from radiosity.light.bands import RGB, Bands
 from radiosity.light.sources import Light
 from radiosity.mesh.faces import Faces
+from radiosity.scene.names import counted
 
 if TYPE_CHECKING:
     from radiosity.light.bump import Bump
@@ -239,6 +240,11 @@ class Scene:
         """Whether any face emits, any light shines or any enters from outside."""
         emits = any(m.emits for m in self.materials)
         return bool(emits or self.ambient.any() or any(s.strength.any() for s in self.lights))
+
+    def __repr__(self) -> str:
+        """Return what it is, without its arrays."""
+        held = counted(len(self.faces), "face"), counted(len(self.materials), "material")
+        return f"<Scene {self.name!r}: {', '.join(held)}, lengths in {self.unit}>"
 
     def _repr_html_(self) -> str:
         """Return what it holds, as a notebook shows it."""

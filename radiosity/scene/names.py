@@ -36,7 +36,23 @@ class UnknownName(ValueError):
         )
 
 
+def counted(count: int, thing: str) -> str:
+    """Return ``1 patch``, ``2 patches``: the plural but where there is one."""
+    plural = thing + ("es" if thing.endswith("ch") else "s")
+    return f"{count} {thing if count == 1 else plural}"
+
+
+# What heat transfer has other words for, and what it is here.
+ELSEWHERE = {
+    "emissivity": "a grey surface of emissivity e has diffuse = 1 - e",
+    "temperature": "a grey surface of emissivity e and temperature T in kelvins has "
+    "emission = { exitance = 5.670374419e-8 * e * T^4 }, as a number",
+}
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return a question with the known name most like this one, or all that are known."""
+    if name in ELSEWHERE:
+        return ELSEWHERE[name]
     like = difflib.get_close_matches(name, list(known), n=1)
     return f"did you mean {like[0]}?" if like else f"known are {', '.join(known) or 'none'}"

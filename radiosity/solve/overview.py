@@ -6,6 +6,7 @@ import numpy as np
 
 from radiosity.light.photometry import illuminance, photometric
 from radiosity.scene.markup import in_notebook, line, table
+from radiosity.scene.names import counted
 from radiosity.scene.overview import capped
 from radiosity.solve.plan import Plan, size_text
 
@@ -27,6 +28,18 @@ def plan_html(plan: Plan) -> str:
         ("seed", plan.recipe.seed),
     ]  # fmt: skip
     return in_notebook("Plan", table([], rows))
+
+
+def forecast_text(forecast: "Forecast") -> str:
+    """Return what a scene requires and what its answer will cost, as lines of text."""
+    lines = [f"{r.name:17}{r.model:18}{r.reason}" for r in forecast.requirements]
+    return "\n".join([
+        *lines,
+        "",
+        f"{'patches':17}about {forecast.patches}",
+        f"{'time':17}about {forecast.seconds:.2g} s, start-up left out",
+        f"{'memory':17}about {size_text(forecast.memory)}",
+    ])  # fmt: skip
 
 
 def forecast_html(forecast: "Forecast") -> str:
@@ -58,7 +71,8 @@ def solution_html(solution: "Solution") -> str:
     if plan.seconds is not None or not plan.adapts:
         asked = "on the mesh given" if plan.seconds is None else f"within {plan.seconds:g} s"
     said = (
-        f"{len(solution.patches)} patches, {len(level.history)} iterations of {level.solver}; "
+        f"{counted(len(solution.patches), 'patch')}, "
+        f"{counted(len(level.history), 'iteration')} of {level.solver}; "
         f"error {asked}, estimated {100 * solution.estimate.reached:.2g} %; "
         f"{'closed' if solution.closed else 'open'}"
     )

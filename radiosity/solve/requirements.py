@@ -70,6 +70,12 @@ class Forecast:
     seconds: float
     memory: float
 
+    def __str__(self) -> str:
+        """Return it as ``radiosity plan`` prints it."""
+        from radiosity.solve.overview import forecast_text
+
+        return forecast_text(self)
+
     def _repr_html_(self) -> str:
         """Return it as a notebook shows it."""
         from radiosity.solve.overview import forecast_html

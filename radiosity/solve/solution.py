@@ -74,6 +74,10 @@ class Solution:
 
         return solution_html(self)
 
+    def __repr__(self) -> str:
+        """Return what it is a solution of, without its arrays."""
+        return f"<Solution of {self.scene.name!r}: {len(self.patches)} patches, {self.solver}>"
+
     @property
     def patches(self) -> Patches:
         """Return the patches: all fronts, and the backs that light reaches."""

@@ -94,6 +94,11 @@ class Image:
         """Return (h, w) float64 luminance in cd/m2, 0 where it would be negative."""
         return np.maximum(photometric(self.pixels.astype(np.float64)), 0.0)
 
+    def __repr__(self) -> str:
+        """Return its size, without its pixels."""
+        height, width = self.pixels.shape[:2]
+        return f"<Image of {width} x {height} pixels>"
+
     def _repr_png_(self) -> bytes:
         """Return the tone-mapped picture as a PNG file, which notebooks show."""
         return png(self.shown())
