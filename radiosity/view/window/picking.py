@@ -11,6 +11,7 @@ from radiosity.view.camera import rays
 from radiosity.view.sightlines import first_rows
 from radiosity.view.window.later import Later
 
+ROUNDING = 1e-6  # of the largest coordinate, what a sight line may miss a plane by
 DARK = -2  # what `first_rows` says of a sight line that ends where no light reaches
 
 
@@ -98,12 +99,13 @@ def words(reading: Reading) -> list[str]:
 
     Examples
     --------
-    >>> where = np.array([0.5, 1.0, 0.0])
-    >>> words(Reading(312.4, 4.2, 71.1, "white", "", 0.715, False, where, "m"))[:3]
-    ['312 \u00b1 4 lx', '71.1 cd/m\u00b2', 'white, reflects 71.5 %']
+    >>> where = np.array([0.5, 1.0, -2e-8])
+    >>> words(Reading(312.4, 4.2, 71.1, "white", "", 0.715, False, where, "m"))[1:]
+    ['71.1 cd/m\u00b2', 'white, reflects 71.5 %', '(0.5, 1, 0) m']
     """
     side = " (back)" if reading.back else ""
-    where = ", ".join(f"{v:.4g}" for v in reading.point + 0.0)
+    least = ROUNDING * np.abs(reading.point).max()
+    where = ", ".join(f"{v if abs(v) > least else 0.0:.4g}" for v in reading.point)
     lines = [
         with_error(reading.illuminance, reading.error),
         f"{reading.luminance:.3g} cd/m\u00b2",
