@@ -69,10 +69,12 @@ def describe(scene) -> str:
     lines.append(
         f"{'material':16}{'faces':>7}{'area m2':>12}  {'diffuse reflectance':24}emission W/(m2 sr)"
     )
-    lines += [
-        f"{m.name:16}{m.faces:7}{m.area_m2:12.6g}  {m.diffuse:24} {m.emission}{m.more}"
-        for m in material_rows(scene)
-    ]
+    for m in material_rows(scene):
+        size = f"{m.faces:7}{m.area_m2:12.6g}"
+        lines.append(f"{m.name:16}{size}  {m.diffuse:24} {m.emission}{m.more}")
+        if m.flux_lm > 0.0:
+            shines = f"{m.luminance_cd_m2:.6g} cd/m2, {m.flux_lm:.6g} lm in all"
+            lines.append(f"    shines with {shines}")
     lines += _lights(scene)
     lines += ["", f"{'camera':16}{'position':26}{'target':26}{'view':16}size"]
     for camera in scene.cameras.values():
@@ -92,6 +94,7 @@ def _lights(scene) -> list[str]:
         lines.append(f"{light.kind:16}{light.place_words:26} {light.strength:28} {light.group}")
         if light.label:
             lines.append(f"    read as {light.label}")
+        if light.peak_cd is not None:
             flux = "" if light.flux_lm is None else f", {light.flux_lm:.6g} lm in all"
             lines.append(f"    at most {light.peak_cd:.6g} cd{flux}")
     return lines if len(lines) > 2 else []

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 
-FILL = 0.9  # of the screen that a window takes at most, unless a size is asked for
+FILL = 0.9  # of the screen that a window takes at most
 
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2

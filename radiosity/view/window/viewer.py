@@ -92,8 +92,7 @@ class Window:
         )  # fmt: skip
         if not self.plotter.off_screen:
             check_display()
-            if not size:
-                fit_to_screen(self.plotter.render_window)
+            fit_to_screen(self.plotter.render_window)
         self.plotter.enable_anti_aliasing("msaa", multi_samples=4)
         self.display = Display(self.plotter, self.scene, self.home, tones)
         self.gathered = gathering.Gathering(self.plotter.renderer, samples)
