@@ -150,6 +150,13 @@ def test_view_without_a_display_writes_the_picture_and_says_so(tmp_path):
     assert (tmp_path / "furnace.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
+def test_verify_runs_all_suites():
+    process = radiosity("verify")
+    assert process.returncode == 0
+    assert {line.split()[0] for line in process.stdout.splitlines()} >= set(SUITES)
+
+
 def test_verify_reports_every_case_of_a_suite_within_its_bound():
     """Of one suite: test_readme.py runs all of them."""
     process = radiosity("verify", "--suite", "elements")

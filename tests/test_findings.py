@@ -56,12 +56,13 @@ def test_sound_meshes_have_no_findings(polygons, closed, merge):
 
 @pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda p: p.stem)
 def test_shipped_scenes_raise_no_false_alarm(path):
-    """The ceilings of two of them are made of rectangles that do not meet corner to corner."""
+    """Rectangles of frames and ceilings do not meet corner to corner; a board lies on a wall."""
     scene = load(path)
     emits = np.array([m.emits for m in scene.materials])[scene.faces.material]
     found = counts(find_flaws(scene.faces, emits, find_contacts(scene.faces, emits)))
-    juncts = path.stem == "lroom" or path.stem.startswith("cornell")
-    assert set(found) == ({"T-junction"} if juncts else set())
+    juncts = path.stem.startswith(("cornell", "living_room", "lroom", "museum"))
+    expected = {"overlapping"} if path.stem == "meeting_room" else set()
+    assert set(found) == ({"T-junction"} if juncts else expected)
 
 
 def shifted(polygon, x=0.0, y=0.0, z=0.0):

@@ -157,7 +157,7 @@ def test_more_rays_bring_less_noise():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"camera": "nobody"}, "has eye"),
+        ({"camera": "nobody"}, "scene has 'eye'"),
         ({"size": (0, 4)}, "0x4"),
         ({"size": (4, 20000)}, "16384"),
         ({"samples": 0}, "samples = 0"),

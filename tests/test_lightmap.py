@@ -238,7 +238,7 @@ def test_solve_writes_all_three(tmp_path):
     ("args", "words"),
     [
         (["--lightmap", "64"], "--lightmap 64 needs a file to write: add -o OUT.glb"),
-        (["-o", "a.csv", "--lightmap", "64"], "lightmap = 64 is for .glb"),
+        (["-o", "a.csv", "--lightmap", "64"], "--lightmap 64 is for .glb"),
     ],
 )
 def test_wrong_use_is_told_before_the_work(args, words):

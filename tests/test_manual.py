@@ -17,13 +17,13 @@ PAGES = sorted(DOCS.glob("*.md"))
 BIN = Path(sys.executable).parent
 BLOCK = re.compile(r"^```(sh|python|toml)\n(.*?)^```", re.S | re.M)
 SAVED = re.compile(r"[Ss]ave this as `([\w.]+)`")
-# Pictures are made small and of coarse solutions, and of some scenes on given meshes.
+# Pictures are made small and of coarse solutions, or of none where solving takes long.
 SMALL = {
     "radiosity view": "--size 24x24", "radiosity render": "--size 24x24",
     "radiosity report": "--size 24x24", "radiosity tradeoff": "--size 24x24 --accuracy 0.1",
     "render scenes": "--accuracy 0.1", "report scenes": "--accuracy 0.1",
+    "glass_ball": "--method raytrace", "living_room": "--mesh 1", "museum": "--mesh 1",
 }  # fmt: skip
-COARSE = "glass_ball", "living_room", "museum"
 
 
 def steps(page):
@@ -49,7 +49,7 @@ def shortened(line):
         return line
     line = re.sub(r"--size \S+", "", line.partition("#")[0])
     added = [m for key, m in SMALL.items() if key in line and m.split()[0] not in line]
-    return " ".join([line, *added, *("--mesh 1 --order 0" for name in COARSE if name in line)])
+    return " ".join([line, *added])
 
 
 def script_of(page):

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from radiosity.solve.verification import SUITES
-
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text()
 BIN = Path(sys.executable).parent
@@ -50,8 +48,6 @@ def test_command(command, folder):
         env={**os.environ, "DISPLAY": "", "WAYLAND_DISPLAY": ""},
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
-    if words[1:] == ["verify"]:
-        assert {line.split()[0] for line in done.stdout.splitlines()} >= set(SUITES)
     for option, value in zip(words, words[1:], strict=False):
         if option in ("-o", "--html"):
             assert (folder / value).stat().st_size > 0
