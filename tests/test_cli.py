@@ -315,3 +315,13 @@ def test_a_scene_that_emits_nothing_is_dark_and_says_how_to_light_it(tmp_path):
     assert "emitted                0" in process.stdout
     lit = radiosity("solve", str(scene), "--ambient", "1")
     assert "escaped" in lit.stdout and "--ambient 1" not in lit.stderr
+
+
+def test_points_that_cannot_be_meant_are_questioned(tmp_path):
+    (tmp_path / "p.csv").write_text("x,y,z,nx,ny,nz\n1,1,1,0,0,1\n1000,1000,1000,0,0,1\n")
+    done = radiosity("probe", BOX, "p.csv", "--accuracy", "0.1", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "note: 1 of 2 points lie outside of the scene, which reaches from 0 to 4" in done.stderr
+    (tmp_path / "p.csv").write_text("x;y;z;nx;ny;nz\n1;1;1;0;0;1\n")
+    done = radiosity("probe", BOX, "p.csv", cwd=tmp_path)
+    assert done.returncode == 2 and "with commas in between" in done.stderr

@@ -114,7 +114,7 @@ ExposureOption = Annotated[
     Exposure,
     typer.Option(
         "--exposure",
-        metavar="auto|auto+STOPS|VALUE",
+        metavar="auto|auto+STOPS|auto-STOPS|VALUE",
         parser=exposure,
         help="Display value per radiance, one for all views of a solution; a stop is a factor 2.",
         autocompletion=completion.words("auto", "auto+1", "auto-1"),

@@ -21,6 +21,8 @@ def summary(solution) -> str:
     if told["truth"]:
         error, bound, mesh = told["truth"].values()
         rows.append(f"truth: relative error {error:.2e}, stated {bound:g} on mesh {mesh}")
+        if solution.plan.adapts and mesh != "auto":
+            rows[-1] += ": another mesh answers another question"
     return "\n".join(rows)
 
 

@@ -87,6 +87,8 @@ def probe(
 
     if grid is not None:
         grids.check_grid(scene_of(given), grid, spacing, margin)
+    else:
+        _note_strays(scene_of(given), where, quiet)
     with progress_bars(quiet) as progress:
         goal = None if where is None else (where[:, :3], where[:, 3:])
         solution = solve_scene(given, asked, progress, goal=goal)
@@ -99,6 +101,22 @@ def probe(
     if as_json:
         answer.print_answer({**told, "seconds": clock.perf_counter() - begun})
     judge(solution, given)
+
+
+def _note_strays(scene, where, quiet):
+    """Remark on points that lie outside of the scene's extent, as where units are mixed up."""
+    import numpy as np
+
+    low, high = (f(scene.faces.vertices, axis=(0, 1)) for f in (np.min, np.max))
+    slack = 0.01 * np.linalg.norm(high - low)
+    strays = int(np.any((where[:, :3] < low - slack) | (where[:, :3] > high + slack), axis=1).sum())
+    if strays:
+        reach = ", ".join(f"{a:g} to {b:g}" for a, b in zip(low, high, strict=True))
+        remark(
+            f"note: {strays} of {len(where)} points lie outside of the scene, which reaches from "
+            f"{reach} {scene.unit}: are they in {scene.unit}?",
+            quiet,
+        )
 
 
 def _rows(grid):
@@ -172,6 +190,7 @@ def read_points(path: str):
         raise ValueError(
             f"{name}, line 1: columns {', '.join(missing)} are missing: "
             f"the first line must name {','.join(COLUMNS)}"
+            + (", with commas in between" if ";" in "".join(header) else "")
         )
     order = [header.index(c) for c in COLUMNS]
     values, problems = [], []
