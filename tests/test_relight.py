@@ -198,3 +198,9 @@ def test_lights_without_a_group_go_by_the_type_of_the_scene_file():
     office = radiosity.load(SCENES / "office.toml")
     alone = replace(office, lights=tuple(replace(x, group="") for x in office.lights))
     assert light_groups(alone) == ("ies 1", "ies 2", "ies 3")
+
+
+def test_a_dimmed_scene_says_so():
+    office = radiosity.load(SCENES / "office.toml")
+    assert dimmed(office, {"desk": 0.3}).notes[-1] == "dimmed: desk to 30 %"
+    assert dimmed(office, {"desk": 1.0}).notes == office.notes

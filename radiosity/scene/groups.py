@@ -108,4 +108,8 @@ def scaled(scene: Scene, factors: Mapping[str, float]) -> Scene:
         for light, name in zip(scene.lights, groups_of_lights(scene), strict=True)
     )
     ambient = factors.get(AMBIENT, 1.0) * scene.ambient
-    return replace(scene, materials=materials, lights=lights, ambient=ambient, truth=None)
+    told = ", ".join(f"{name} to {100.0 * x:g} %" for name, x in factors.items() if x != 1.0)
+    notes = (*scene.notes, f"dimmed: {told}")
+    return replace(
+        scene, materials=materials, lights=lights, ambient=ambient, truth=None, notes=notes
+    )

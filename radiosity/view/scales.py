@@ -3,6 +3,7 @@
 import numpy as np
 
 from radiosity.light.photometry import EFFICACY, illuminance, photometric
+from radiosity.solve.estimate import yardstick
 from radiosity.solve.solution import Solution
 from radiosity.view.falsecolour import DECADES, Scale, round_up
 from radiosity.view.shading import auto_exposure
@@ -50,8 +51,7 @@ def error_shares(solution: Solution) -> np.ndarray:
     """
     lux, live = solution.illuminance, solution.live
     mean = np.average(lux[live], weights=solution.patches.area[live]) if live.any() else 0.0
-    error = illuminance(solution.error, solution.scene.bands)
-    return 100.0 * error / np.maximum(np.maximum(lux, 0.1 * mean), 1e-300)
+    return 100.0 * illuminance(solution.error, solution.scene.bands) / yardstick(lux, mean)
 
 
 def error_scale(shares: np.ndarray, logarithmic: bool = False) -> Scale:

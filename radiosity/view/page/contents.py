@@ -8,15 +8,16 @@ from radiosity.scene.model import Camera
 from radiosity.scene.units import turn_between
 from radiosity.solve.solution import Solution
 from radiosity.view.camera import basis
-from radiosity.view.falsecolour import STEPS, Scale, round_up
+from radiosity.view.falsecolour import STEPS, Scale
 from radiosity.view.fine.finemesh import FineMesh
 from radiosity.view.fine.looks import looks_of
 from radiosity.view.image import exposure_for
 from radiosity.view.page.looks import not_shown, picture_of
 from radiosity.view.page.packing import Packer, picture_url
+from radiosity.view.scales import illuminance_scale
 from radiosity.view.shading import auto_exposure
 
-MOSTLY = 0.98  # of the surfaces are darker than the end of the false colours' scale
+NOTES = 5  # of the scene that are told at most
 
 
 def contents_of(
@@ -33,7 +34,7 @@ def contents_of(
         "up": turn_between("y", scene.up)[:, 1].tolist(),
         "efficacy": EFFICACY,
         "exposure": page_exposure(solution) if exposure is None else exposure,
-        "most": round_up(_mostly(solution)),
+        "most": illuminance_scale(solution).maximum,
         "map": Scale(STEPS).colours(np.arange(STEPS) + 0.5).tolist(),
         "groups": list(mesh.groups),
         "materials": _materials(solution, mesh),
@@ -113,17 +114,6 @@ def page_exposure(solution) -> float:
     return min(found, exposure_for(bright, patches.area[dark])) if bright.any() else found
 
 
-def _mostly(solution) -> float:
-    """Return the illuminance that MOSTLY of the lit surfaces stay below, lx."""
-    live = solution.live
-    lux, area = solution.illuminance[live], solution.patches.area[live]
-    if not len(lux):
-        return 0.0
-    order = np.argsort(lux)
-    share = np.cumsum(area[order]) / area.sum()
-    return float(lux[order][np.searchsorted(share, MOSTLY * (1.0 - 1e-9))])
-
-
 def _facts(solution, mesh) -> list[list[str]]:
     """Return what a page says of the solution, names and values."""
     plan, reached = solution.plan, solution.estimate.reached
@@ -134,4 +124,5 @@ def _facts(solution, mesh) -> list[list[str]]:
         ["patches", f"{len(solution.patches)}"],
         ["points shown", f"{len(mesh.points)}"],
         ["made with", f"radiosity {__version__}"],
+        *(["note", note] for note in solution.scene.notes[:NOTES]),
     ]

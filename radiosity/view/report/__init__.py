@@ -115,7 +115,7 @@ def date_of(text: str | None) -> str:
 def check_path(path: str | PathLike) -> None:
     """Refuse a file that is no .html, or a place where none can be written."""
     suffix = Path(path).suffix.lower()
-    if suffix not in (".html", ".htm"):
+    if suffix != ".html":
         raise ValueError(
             f"report {str(path)!r} has the suffix {suffix!r}; supported is .html, which any "
             "browser prints to PDF"

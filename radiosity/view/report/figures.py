@@ -164,6 +164,8 @@ def gather(
     surfaces, dark = default_surfaces(solution)
     if dark:
         said = [*said, f"No light falls on {', '.join(dark[:10])}{' ..' if dark[10:] else ''}."]
+    if not solution.can_dim:
+        said = [*said, f"The {len(solution.groups)} light groups are too many to be told apart."]
     used = [m for m in material_rows(scene) if m.faces]
     return Figures(
         scene.name, Path(scene.source).name, date, face_words(scene), solution.closed,

@@ -196,7 +196,7 @@ def _lights(figures) -> str:
     if not parts:
         parts.append(line("Nothing in the scene shines."))
     groups, more = _capped(list(figures.light_groups))
-    said = f"Light groups, each dimmed as a whole (--dim): {', '.join(groups) or 'none'}."
+    said = f"Light groups: {', '.join(groups) or 'none'}."
     return _section("Lights", *parts, _note(f"Fluxes are those computed with. {said}"), more)
 
 
