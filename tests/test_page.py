@@ -87,7 +87,7 @@ def two_lamps():
 def pages(tmp_path_factory, cornell, two_lamps):
     """The files of two pages, the second a coarse one."""
     folder = tmp_path_factory.mktemp("pages")
-    text = page_of(cornell, gathered_mesh(cornell))
+    text = page_of(cornell, gathered_mesh(cornell, with_errors=True))
     (folder / "cornell.html").write_text(text, encoding="utf-8")
     text = page_of(two_lamps, gathered_mesh(two_lamps, most=3000))
     (folder / "lamps.html").write_text(text, encoding="utf-8")

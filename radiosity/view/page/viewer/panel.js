@@ -100,7 +100,8 @@ function tellPoint(about, found) {
     return;
   }
   const nearly = found.textured ? '≈ ' : ''; // of the texture's mean
-  const error = found.error === null ? 'known when sliders agree' : `± ${told(found.error)} lx`;
+  const unknown = found.estimated ? 'known when sliders agree' : 'not estimated';
+  const error = found.error === null ? unknown : `± ${told(found.error)} lx`;
   list('point', [
     ['illuminance', `${told(found.lux)} lx`],
     ['estimated error', error],
@@ -109,7 +110,8 @@ function tellPoint(about, found) {
     ['reflectance', `${nearly}${(100 * found.reflectance).toFixed(0)} %`],
     ['position', `${found.point.map(told).join(', ')} ${about.unit}`],
   ]);
-  Object.assign(place.dataset, { lux: found.lux, luminance: found.luminance, material: found.material.name });
+  Object.assign(place.dataset, { lux: found.lux, luminance: found.luminance, material: found.material.name,
+    error: found.error ?? '' });
   found.point.forEach((x, k) => { place.dataset['xyz'[k]] = x; });
   found.normal.forEach((x, k) => { place.dataset[['nx', 'ny', 'nz'][k]] = x; });
 }
