@@ -34,7 +34,7 @@ def row(name, browser, folder):
     solution = radiosity.solve(radiosity.load(ROOT / "scenes" / f"{name}.toml"))
     gathered_mesh(solution, most=0)  # compiled
     begun = time.process_time()
-    mesh = gathered_mesh(solution)
+    mesh = gathered_mesh(solution, with_errors=True)
     page = folder / f"{name}.html"
     page.write_text(page_of(solution, mesh), encoding="utf-8")
     seconds = time.process_time() - begun

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -18,6 +19,7 @@ import pytest
 from scenes_for_tests import box, faces_of, material
 
 import radiosity
+from radiosity.light.coherent import Constant
 from radiosity.light.photometry import illuminance
 from radiosity.light.sources import Point
 from radiosity.light.texture import srgb_to_linear
@@ -87,7 +89,7 @@ def two_lamps():
 def pages(tmp_path_factory, cornell, two_lamps):
     """The files of two pages, the second a coarse one."""
     folder = tmp_path_factory.mktemp("pages")
-    text = page_of(cornell, gathered_mesh(cornell))
+    text = page_of(cornell, gathered_mesh(cornell, with_errors=True))
     (folder / "cornell.html").write_text(text, encoding="utf-8")
     text = page_of(two_lamps, gathered_mesh(two_lamps, most=3000))
     (folder / "lamps.html").write_text(text, encoding="utf-8")
@@ -280,6 +282,8 @@ def test_picks_agree_with_probe(browser, pages, cornell):
     off = np.abs(found - expected) / np.maximum(expected, 0.1 * mean)
     assert off.max() < 0.01, off
     assert len({p["material"] for p in picks}) == 3  # both walls and white
+    bars = illuminance(cornell.irradiance(points, normals)[1])
+    assert np.array([float(p["error"]) for p in picks]) == pytest.approx(bars, rel=0.3)
     text = browser.js("return document.getElementById('point').innerText")
     assert " lx" in text and "\u00b1" in text and " cd/m" in text
 
@@ -294,6 +298,49 @@ def test_the_picture_is_ours(browser, pages, two_lamps):
     off = np.abs(browser.pixels() - image).max(axis=2)
     browser.resize(1000, 700)
     assert np.median(off) <= 2.0 and np.percentile(off, 90) <= 5.0  # of 255; noise of 64 rays
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    """A page of a table in a room, from below its top, from elsewhere, and through a pane."""
+    above = np.array([[0.8, 0.4, 0.7], [2.2, 0.4, 0.7], [2.2, 1.6, 0.7], [0.8, 1.6, 0.7]])
+    pane = np.array([[2.5, 0.1, 0.1], [2.5, 0.9, 0.1], [2.5, 0.9, 0.6], [2.5, 0.1, 0.6]])
+    polygons = np.concatenate([box([0, 0, 0], [3, 2, 2]), [above, pane]])
+    faces = faces_of(polygons, [0] * 7 + [1])
+    glass = replace(material(0.0, name="glass"), transmit=Constant(np.full(3, 0.9)))
+    lamp = Point(np.array([1.4, 1.1, 1.9]), np.full(3, 2.0))
+    places = {"low": [0.2, 0.3, 0.4], "high": [1.5, 1.0, 1.9], "cellar": [1.2, 1.0, -3.0],
+              "through": [2.8, 0.3, 0.4]}  # fmt: skip
+    cameras = {
+        name: Camera(name, np.array(place), np.array([1.5, 1.0, 0.0]), np.array([0.0, 1, 1]), 60.0,
+                     (64, 48))
+        for name, place in places.items()
+    }  # fmt: skip
+    made = Scene("table", faces, (material(0.5), glass), ("all",), cameras, lights=(lamp,))
+    solution = solve(made, 0.3, mesh="1")
+    page = tmp_path_factory.mktemp("table") / "table.html"
+    page.write_text(page_of(solution, gathered_mesh(solution, most=1000)), encoding="utf-8")
+    return page
+
+
+def test_a_mark_tells_what_hides_its_point(browser, table):
+    browser.open(table)
+    size = browser.js("const c = document.getElementById('view'); "
+                      "return [c.clientWidth, c.clientHeight]")  # fmt: skip
+    picked = browser.click(size[0] / 2, size[1] / 2)  # what all cameras look at
+    assert [float(picked[k]) for k in "xyz"] == pytest.approx([1.5, 1.0, 0.0], abs=0.01)
+    told = {}
+    for key in "12341":
+        browser.press(key)
+        time.sleep(0.8)
+        told[key] = browser.js("return document.getElementById('marker').innerText")
+        behind = browser.js("return document.getElementById('marker').className")
+        assert behind == ("behind" if key in "23" else "")
+    plain = f"{float(picked['lux']):.3g} lx"
+    dim = f"{plain} \u00b7 hidden"  # by the table, by the floor that is seen from its back
+    assert told == {"1": plain, "2": dim, "3": dim, "4": plain}
+    # Without errors at its vertices a page does not make any up.
+    assert "not estimated" in browser.js("return document.getElementById('point').innerText")
 
 
 def test_lamps_dim_the_picture_by_the_right_amount(browser, pages, two_lamps):

@@ -33,8 +33,12 @@ from radiosity.view.shading import auto_exposure
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 
 
-def scattered(solution, mesh, count):
-    """Return random points on a mesh, their normals, and the mesh's illuminance there, lx."""
+def scattered(solution, mesh, count, values=None):
+    """Return random points on a mesh, their normals, and there the mesh's illuminance, lx.
+
+    Or other ``values`` of its vertices (k,).
+    """
+    values = mesh.lux.sum(axis=1) if values is None else values
     rng = np.random.default_rng(0)
     corner = mesh.points[mesh.triangles]
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -43,8 +47,8 @@ def scattered(solution, mesh, count):
     t = rng.choice(len(area), count, p=lit * area / (lit * area).sum())
     share, vertex = rng.dirichlet(np.ones(3), count), mesh.triangles[t]
     points = np.einsum("kv,kvc->kc", share, mesh.points[vertex])
-    lux = np.einsum("kv,kv->k", share, mesh.lux.sum(axis=1)[vertex])
-    return points, solution.patches.normal[mesh.patch[vertex[:, 0]]], lux
+    there = np.einsum("kv,kv->k", share, values[vertex])
+    return points, solution.patches.normal[mesh.patch[vertex[:, 0]]], there
 
 
 def misses(solution, found, expected):
@@ -58,7 +62,7 @@ def misses(solution, found, expected):
 @pytest.fixture(scope="module")
 def cornell():
     solution = solve(radiosity.load(SCENES / "cornell_box.toml"), 0.2)
-    return solution, gathered_mesh(solution, most=9000)
+    return solution, gathered_mesh(solution, most=9000, with_errors=True)
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +83,18 @@ def test_light_between_vertices_is_gathered_light(cornell):
     expected = not_negative(solution.level).gathered(points, normals).total
     # A quarter of the 2 % by which light may miss a line; fewer vertices than by default.
     assert np.percentile(misses(solution, lux, expected), 95) < 0.01
+
+
+def test_error_bars_are_those_of_probe(cornell):
+    solution, mesh = cornell
+    points, normals, found = scattered(solution, mesh, 300, mesh.error)
+    ratio = found / illuminance(solution.irradiance(points, normals)[1])
+    assert np.mean((ratio > 0.5) & (ratio < 2.0)) > 0.95
+    assert np.mean((ratio > 0.8) & (ratio < 1.25)) > 0.9  # 0.7 with those of whole patches
+
+
+def test_error_bars_are_not_known_where_not_asked_for(two_lamps):
+    assert np.isinf(two_lamps[1].error).all()
 
 
 def test_coarser_cells_are_worse(cornell):

@@ -45,6 +45,8 @@ class FineMesh:
         Illuminance by each group.
     reflected : (k, g, 3) float64
         Radiosity in W/m2 without emission, linear sRGB, of textures as of their means.
+    error : (k,) float64
+        Estimated, of the illuminance by all groups, lx; infinite where it is not known.
     """
 
     points: np.ndarray
@@ -54,16 +56,21 @@ class FineMesh:
     groups: tuple[str, ...]
     lux: np.ndarray
     reflected: np.ndarray
+    error: np.ndarray
 
 
 def gathered_mesh(
-    solution: Solution, progress: Progress = silent, most: int | None = None
+    solution: Solution,
+    progress: Progress = silent,
+    most: int | None = None,
+    with_errors: bool = False,
 ) -> FineMesh:
     """Return a solution's surfaces, fine enough that light is straight between the vertices.
 
     See `radiosity.view.fine.refine.refined` for what that is. ``most`` is about how many there may
     be, MOST or, where light is followed by rays through mirrors and glass, MOST_TRACED if not
-    given.
+    given. Errors are estimated where ``with_errors`` asks for them: light is gathered from the
+    solution's check, too.
 
     Examples
     --------
@@ -75,46 +82,60 @@ def gathered_mesh(
     """
     if most is None:
         most = MOST if solution.level.tracer is None else MOST_TRACED
-    look, patches = _Look(solution, most), solution.patches
+    look, patches = _Look(solution, most, with_errors), solution.patches
     cells, seen = refined(patches, shown_patches(solution), look, progress, most)
     fans = fans_of(patches, cells, seen, look, progress)
     progress(STAGE, 1, 1)
     uv = _uv(solution, fans.patch, fans.points)
     light = fans.light
-    return FineMesh(
-        fans.points, fans.patch, uv, fans.triangles, look.groups, light.lux, light.reflected
-    )
+    shape = fans.points, fans.patch, uv, fans.triangles
+    return FineMesh(*shape, look.groups, light.lux, light.reflected, light.error)
 
 
 class _Look:
     """Looks at light on patches, of each group by itself, at about ``most`` points in all."""
 
-    def __init__(self, solution, most):
+    def __init__(self, solution, most, with_errors):
         self.looked, self.most = 0, most
         self.solution, self.looks = solution, looks_of(solution.scene)
         self.groups = solution.groups if solution.can_dim else (ALL,)
         self.groups = self.groups or (ALL,)
         level = told_apart(solution) if solution.can_dim else solution.level
         self.level = not_negative(level)
+        known = with_errors and np.isfinite(solution.estimate.reached)
+        self.check = not_negative(solution.check.level) if known else None
 
     def __call__(self, patch, points, progress) -> Light:
         """Return the `Light` at points (k, 3) of patches (k,)."""
         solution, patches = self.solution, self.solution.patches
         live, bands = solution.live[patch], solution.scene.bands
         shape = len(points), len(self.groups), bands.count
-        e, error = np.zeros(shape), np.zeros((len(points), bands.count))
+        e, noise = np.zeros(shape), np.zeros((len(points), bands.count))
+        error = np.zeros(len(points)) if self.check else np.full(len(points), np.inf)
         points, normals = self._on_curve(patch, points)
         if live.any():
             report = self._counted(progress, len(points))
             found = self.level.gathered(points[live], normals[live], report)
             e[live] = np.maximum(found.total.reshape(-1, *shape[1:]), 0.0)
-            error[live] = found.error.reshape(-1, *shape[1:]).sum(axis=1)
+            noise[live] = found.error.reshape(-1, *shape[1:]).sum(axis=1)
+            if self.check:
+                where = points[live], normals[live]
+                error[live] = self._error(where, e[live].sum(axis=1), noise[live])
         self.looked += len(points)
         material = solution.scene.faces.material[patches.face[patch]]
         side = np.where(patches.front[patch], 0, 1)
         sent = self.looks.reflects[side, material][:, None] * e
         self._add_passed(sent, material, live, points, normals)
-        return Light(illuminance(e, bands), illuminance(error, bands), bands.to_rgb(sent))
+        noise = illuminance(noise, bands)
+        return Light(illuminance(e, bands), noise, bands.to_rgb(sent), error)
+
+    def _error(self, where, e, noise):
+        """Return (k,) error bars in lx of irradiances (k, bands), as `Solution.irradiance` does."""
+        check, estimate = self.solution.check, self.solution.estimate
+        there = self.check.gathered(*where)
+        bars = estimate.bars(e, check.share * (e - np.maximum(there.total, 0.0)))
+        bars += 2.0 * np.hypot(noise, check.share * there.error)
+        return illuminance(bars, self.solution.scene.bands)
 
     def _counted(self, progress, count):
         """Return what tells how many of all points are done while ``count`` are looked at."""

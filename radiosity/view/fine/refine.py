@@ -40,11 +40,14 @@ class Light:
         Of all together, lx.
     reflected : (k, g, 3) float64
         Radiosity in W/m2 without emission, linear sRGB.
+    error : (k,) float64
+        Estimated, of the illuminance by all together, lx; infinite where it is not known.
     """
 
     lux: np.ndarray
     noise: np.ndarray
     reflected: np.ndarray
+    error: np.ndarray
 
     def joined(self, other: "Light") -> "Light":
         """Return both, one after the other."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from radiosity import __version__
-from radiosity.light.photometry import EFFICACY, illuminance, luminance
+from radiosity.light.photometry import EFFICACY, luminance
 from radiosity.scene.model import Camera
 from radiosity.scene.units import turn_between
 from radiosity.solve.solution import Solution
@@ -61,8 +61,8 @@ def _pack(packer, solution, mesh) -> list[dict]:
     packer.floats("points", mesh.points[vertex])
     rows = np.concatenate([mesh.lux[..., None], mesh.reflected], axis=2)[vertex]
     packer.halves("light", rows.reshape(len(vertex), -1).T)  # a group's lux, red, green and blue
-    bars = illuminance(solution.error, scene.bands)
-    packer.halves("error", np.where(np.isfinite(bars), bars, 0.0)[mesh.patch[vertex]][None])
+    if np.isfinite(mesh.error).all():
+        packer.halves("error", mesh.error[vertex][None])
     if mesh.uv.any():
         packer.floats("uv", mesh.uv[vertex])
     made = zip(kinds.tolist(), (3 * start).tolist(), (3 * count).tolist(), strict=True)

@@ -39,7 +39,8 @@ def write_page(
         Where the file cannot be written.
     """
     with written_whole(path) as temporary:
-        text = page_of(solution, gathered_mesh(solution, progress), camera, exposure)
+        mesh = gathered_mesh(solution, progress, with_errors=True)
+        text = page_of(solution, mesh, camera, exposure)
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
 

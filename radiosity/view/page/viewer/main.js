@@ -47,12 +47,18 @@ class Page {
 
   draw() {
     this.drawing.draw(this.eye, this.state);
+    this.mark();
+  }
+
+  /** Put the ring where the picked point is, dashed and dim where something hides the point. */
+  mark() {
     const marker = byId('marker');
     marker.hidden = this.picked === null;
     if (this.picked === null) return;
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const [x, y, , w] = projected(this.eye.matrix(width / height), this.picked.point);
     marker.hidden = w <= 0;
+    marker.classList.toggle('behind', hidden(this.about, this.arrays, this.eye.position, this.picked));
     marker.style.transform = `translate(${(x / w + 1) * width / 2}px, ${(1 - y / w) * height / 2}px)`;
   }
 
@@ -67,14 +73,14 @@ class Page {
     const { about, arrays, light, state, picked } = this;
     const found = picked && known(about, arrays, light, state.weights, picked);
     tellPoint(about, found);
-    if (found) byId('marker').firstElementChild.textContent = `${told(found.lux)} lx`;
+    if (found) byId('marker').querySelector('span').textContent = `${told(found.lux)} lx`;
   }
 
   pick(x, y) {
     const box = this.canvas.getBoundingClientRect(), aspect = box.width / box.height;
     const across = 2 * (x - box.left) / box.width - 1, above = 1 - 2 * (y - box.top) / box.height;
     const direction = this.eye.ray(across, above, aspect);
-    this.picked = hit(this.arrays.points, this.arrays.triangles, this.eye.position, direction);
+    this.picked = hit(this.arrays.points, this.arrays.triangles, this.about.parts, this.eye.position, direction);
     this.tell();
     this.ask();
   }

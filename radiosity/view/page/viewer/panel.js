@@ -100,16 +100,20 @@ function tellPoint(about, found) {
     return;
   }
   const nearly = found.textured ? '≈ ' : ''; // of the texture's mean
-  const error = found.error === null ? 'known when sliders agree' : `± ${told(found.error)} lx`;
+  const far = Math.max(...found.point.map(Math.abs));
+  const where = found.point.map((x) => told(Math.abs(x) < 1e-6 * far ? 0 : x)); // single precision
+  const unknown = found.estimated ? 'known when sliders agree' : 'not estimated';
+  const error = found.error === null ? unknown : `± ${told(found.error)} lx`;
   list('point', [
     ['illuminance', `${told(found.lux)} lx`],
     ['estimated error', error],
     ['luminance', `${nearly}${told(found.luminance)} cd/m²`],
     ['material', found.side === 'back' ? `${found.material.name} (back)` : found.material.name],
     ['reflectance', `${nearly}${(100 * found.reflectance).toFixed(0)} %`],
-    ['position', `${found.point.map(told).join(', ')} ${about.unit}`],
+    ['position', `${where.join(', ')} ${about.unit}`],
   ]);
-  Object.assign(place.dataset, { lux: found.lux, luminance: found.luminance, material: found.material.name });
+  Object.assign(place.dataset, { lux: found.lux, luminance: found.luminance, material: found.material.name,
+    error: found.error ?? '' });
   found.point.forEach((x, k) => { place.dataset['xyz'[k]] = x; });
   found.normal.forEach((x, k) => { place.dataset[['nx', 'ny', 'nz'][k]] = x; });
 }
