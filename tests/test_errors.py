@@ -107,3 +107,29 @@ def test_the_page_names_the_kinds_and_what_they_are():
         assert issubclass(kind, {"ValueError": ValueError, "RuntimeError": RuntimeError}[base])
     functions = [n for n in radiosity.__all__ if n[0].islower()]
     assert all(f"`{name}`" in PAGE for name in functions)
+
+
+def test_what_is_no_scene_or_no_solution_is_named_with_the_way_out(tmp_path):
+    room = radiosity.load(SCENES / "box6.toml")
+    for wrong in ("room.toml", radiosity.solve(room, 0.1)):
+        for call in (radiosity.solve, radiosity.plan):
+            with pytest.raises(TypeError, match="is no Scene: radiosity.load reads one"):
+                call(wrong)
+    for call in (
+        radiosity.plot, radiosity.to_pyvista,
+        lambda x: radiosity.save(x, tmp_path / "a.csv"),
+        lambda x: radiosity.report(x, tmp_path / "a.html"),
+    ):  # fmt: skip
+        with pytest.raises(TypeError, match="is not solved: radiosity.solve"):
+            call(room)
+        with pytest.raises(TypeError, match="is no Solution: radiosity.load reads"):
+            call("room.radsol")
+    assert not list(tmp_path.iterdir())
+
+
+def test_meshes_are_numbers_too():
+    room = radiosity.load(SCENES / "furnace.toml")
+    number, text = (radiosity.solve(room, mesh=mesh) for mesh in (2, "2"))
+    assert len(number.patches) == len(text.patches) == 24
+    with pytest.raises(ValueError, match="mesh = '0.5' must be auto, input or a number"):
+        radiosity.solve(room, mesh=0.5)

@@ -74,7 +74,7 @@ def summary(grid, found, unit: str) -> str:
     cell = " x ".join(f"{x:.4g}" for x in grid.spacing)
     rows = [
         f"points    {len(grid.points)} in cells of {cell} {unit}, margin {grid.margin:.4g} {unit}, "
-        f"{grid.left_out} left out",
+        f"{grid.left_out} left out{WHY if grid.left_out else ''}",
         f"{'':12}{'lx':>12}{'error':>12}",
     ]
     for name in ("mean", "minimum", "maximum"):
@@ -82,6 +82,9 @@ def summary(grid, found, unit: str) -> str:
     rows.append(_row("U0 min/mean", found.u0, found.u0_error))
     rows.append(_row("Ud min/max", found.ud, found.ud_error))
     return "\n".join(rows)
+
+
+WHY = ": in bodies, outside, or nearer than the margin to what stands there"
 
 
 def _row(name, value, error):

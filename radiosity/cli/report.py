@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from radiosity.cli import answer, completion
+from radiosity.cli import display as d
 from radiosity.cli import options as o
 from radiosity.cli.given import load_given
 from radiosity.cli.grid import MarginOption, SpacingOption, check_point
@@ -65,6 +66,7 @@ def report(
         ),
     ] = None,
     samples: o.Samples = None,
+    exposure: d.ExposureOption = "auto",
     accuracy: o.Accuracy = 0.02,
     time: o.Time = None,
     mesh: o.Mesh = "auto",
@@ -105,7 +107,8 @@ def report(
     remark(reached_line(solution), quiet)
     with progress_bars(quiet) as progress:
         told = page.report(
-            solution, output, cameras=camera, size=pixels, samples=samples, grids=grids,
+            solution, output, cameras=camera, size=pixels, samples=samples,
+            exposure=exposure.of(solution), grids=grids,
             spacing=spacing, margin=margin, date=day, command=_command(), progress=progress,
         )  # fmt: skip
     if output is not None:

@@ -349,3 +349,10 @@ def _outside(where, values, most, why) -> list[str]:
     return [
         f"{where}[{k}] = {values[k]:g} must be {bound}: {why}" for k in np.flatnonzero(~good)[:1]
     ]
+
+
+def check_scene(scene: Scene) -> None:
+    """Refuse what is no scene, with TypeError, and a scene that `Scene.check` refuses."""
+    if not isinstance(scene, Scene):
+        raise TypeError(f"{scene!r} is no Scene: radiosity.load reads one from its file")
+    scene.check()

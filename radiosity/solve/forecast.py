@@ -1,6 +1,6 @@
 """What solving a scene will take, before it is solved; `radiosity.plan`."""
 
-from radiosity.scene.model import Scene
+from radiosity.scene.model import Scene, check_scene
 from radiosity.solve.plan import make_plan
 from radiosity.solve.requirements import Forecast, foresee
 
@@ -41,6 +41,6 @@ def plan(
     >>> 0 < forecast.seconds < 60 and forecast.memory > 1e8
     True
     """
-    scene.check()
+    check_scene(scene)
     planned = make_plan(scene, accuracy, mesh, order=order, solver=solver, force=force)
     return foresee(scene, planned)

@@ -223,6 +223,7 @@ def _rule(scene, accuracy) -> float:
 
 
 def _division(faces, mesh, wanted):
+    mesh = str(mesh)
     if mesh == "auto":
         return divisions(faces, np.sqrt(faces.areas().sum() / wanted))
     if mesh == "input":

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -316,6 +317,17 @@ def _named(scene, faces, face, name):
     if materials.any():
         return materials[faces.material[face]]
     return np.array([g == name for g in scene.groups])[faces.group[face]]
+
+
+def refuse_unsolved(value) -> None:
+    """Raise TypeError for what is no solution where one is needed, with the way to have one."""
+    if isinstance(value, Scene):
+        raise TypeError(f"{value!r} is not solved: radiosity.solve(scene) returns its Solution")
+    if isinstance(value, str | bytes | PathLike):
+        raise TypeError(
+            f"{value!r} is no Solution: radiosity.load reads a scene or a .radsol file, and "
+            "radiosity.solve solves a scene"
+        )
 
 
 def checked_points(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

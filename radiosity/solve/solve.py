@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radiosity.scene.model import Scene
+from radiosity.scene.model import Scene, check_scene
 from radiosity.solve.adapt import check_of, refined, refined_clusters, refined_constant
 from radiosity.solve.estimate import Goal, compare, unknown
 from radiosity.solve.level import solve_level
@@ -94,7 +94,7 @@ def solve(
     >>> radiosity.render(early[0], size=(8, 6), samples=8).pixels.shape
     (6, 8, 3)
     """
-    scene.check()
+    check_scene(scene)
     if factors is not None:
         if order == 1:
             raise ValueError("order = 1 has form factors of its own: leave out factors, or order")

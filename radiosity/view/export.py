@@ -7,7 +7,7 @@ import numpy as np
 
 from radiosity.light.bands import Bands
 from radiosity.light.photometry import illuminance
-from radiosity.solve.solution import Solution
+from radiosity.solve.solution import Solution, refuse_unsolved
 from radiosity.transport.files import written_whole
 from radiosity.transport.threads import Progress, silent
 from radiosity.view.polydata import SIDES, shown_patches, to_pyvista
@@ -79,6 +79,7 @@ def save(
     >>> open("room.csv").read()[:11]
     'index,face,'
     """
+    refuse_unsolved(solution)
     check_suffix(path, lightmap)
     if lightmap is not None:
         from radiosity.view.lightmap import save_lightmap

@@ -7,7 +7,7 @@ import numpy as np
 from radiosity.light.photometry import illuminance
 from radiosity.mesh.interpolation import corner_values, find_neighbours, gradients
 from radiosity.mesh.patches import NONE
-from radiosity.solve.solution import Solution
+from radiosity.solve.solution import Solution, refuse_unsolved
 from radiosity.transport.lookup import fronts_at
 
 if TYPE_CHECKING:
@@ -88,6 +88,7 @@ def to_pyvista(solution: Solution) -> "pyvista.PolyData":
     """
     import pyvista
 
+    refuse_unsolved(solution)
     scene, patches, shown = solution.scene, solution.patches, shown_patches(solution)
     vertices = patches.vertices[shown]
     used, cells = cells_of(vertices)

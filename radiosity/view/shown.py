@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from radiosity.scene.model import Camera
-from radiosity.solve.solution import Solution
+from radiosity.solve.solution import Solution, refuse_unsolved
 
 if TYPE_CHECKING:
     import numpy as np
@@ -72,6 +72,7 @@ def plot(
     """
     from radiosity.view import notebook
 
+    refuse_unsolved(solution)
     scale = _scale(false_colour)
     if inline or (inline is None and not off_screen and notebook.in_notebook()):
         return notebook.inline(solution, camera, size, samples, exposure, scale)

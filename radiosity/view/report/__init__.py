@@ -26,6 +26,7 @@ def report(
     cameras: Sequence[str] | None = None,
     size: tuple[int, int] | None = None,
     samples: int | None = None,
+    exposure: float | None = None,
     grids: Sequence[str] = (),
     spacing: float | None = None,
     margin: float | None = None,
@@ -46,6 +47,8 @@ def report(
         Pixels of the pictures; the cameras' own, at most 640, if not given.
     samples : int, optional
         Rays over each pixel's hemisphere, see `radiosity.view.gather.render`.
+    exposure : float, optional
+        Display value per radiance of the pictures, instead of the automatic one.
     grids : list of str, optional
         Heights of planes and names of surfaces, as ``probe --grid`` takes them. If not given, the
         floor and, of a room, the work plane 0.75 m above its lowest point, the height of a desk.
@@ -76,6 +79,9 @@ def report(
     >>> round(told.grids[0].found.mean, 1)  # lx on the work plane
     2258.7
     """
+    from radiosity.solve.solution import refuse_unsolved
+
+    refuse_unsolved(solution)
     day = date_of(date)
     if path is not None:
         check_path(path)
@@ -88,7 +94,7 @@ def report(
     from radiosity.view.camera import fitting
 
     views = [(camera, size or fitting(camera, LONGEST)) for camera in chosen]
-    return _write(solution, path, figures, views, samples, progress)
+    return _write(solution, path, figures, views, samples, exposure, progress)
 
 
 def date_of(text: str | None) -> str:
@@ -132,7 +138,7 @@ def cameras_of(scene: Scene, names: Sequence[str] | None) -> list[Camera]:
     return [find_camera(scene, name) for name in names]
 
 
-def _write(solution, path, figures, views, samples, progress) -> "Figures":
+def _write(solution, path, figures, views, samples, exposure, progress) -> "Figures":
     """Write the file; return the figures with those of its pictures."""
     from radiosity.view.gather import render
     from radiosity.view.report.chart import draw
@@ -145,6 +151,8 @@ def _write(solution, path, figures, views, samples, progress) -> "Figures":
             render(solution, camera, size=size, samples=samples, progress=progress)
             for camera, size in views
         ]
+        if exposure is not None:
+            pictures = [replace(image, exposure=exposure) for image in pictures]
         told = tuple(
             Pictured(camera.name, *size, image.exposure, image.noise)
             for (camera, size), image in zip(views, pictures, strict=True)

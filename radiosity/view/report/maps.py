@@ -100,7 +100,7 @@ def _filled(solution, shape, cell, points, normals):
     """Return (n, m) illuminances of cells (k, 2), nan in all others."""
     found = np.full(tuple(shape), np.nan)
     if len(points):
-        arriving = solution.level.gathered(points, normals).total  # no error is shown
+        arriving = np.maximum(solution.level.gathered(points, normals).total, 0.0)  # no bars here
         lux = illuminance(arriving, solution.scene.bands)
         found[tuple(np.clip(cell, 0, shape - 1).T)] = lux
     return found

@@ -67,7 +67,7 @@ def _title(figures) -> str:
 
 def _summary(figures) -> str:
     """Return what one looks for first."""
-    rows = [(z.name, f"mean {_lux(z, 'mean')} lx, U0 = {_ratio(z, 'u0')}") for z in figures.grids]
+    rows = [(z.name, _map_words(z).removeprefix(f"{z.name}: ")) for z in figures.grids]
     flux = figures.power.lumens["emitted"]
     inside = "closed" if figures.closed else "open: light leaves it"
     rows += [
@@ -138,6 +138,8 @@ def _zones(figures) -> str:
 
 def _zone_row(zone):
     many = f"{zone.points}" + (" (p)" if zone.where is None else "")
+    if zone.left_out:
+        many += f" of {zone.points + zone.left_out}"
     values = [_lux(zone, k) for k in ("mean", "minimum", "maximum")]
     return [zone.name, *values, _ratio(zone, "u0"), _ratio(zone, "ud"), many]
 
@@ -170,7 +172,11 @@ def _maps(maps) -> str:
 
 
 def _map_words(zone) -> str:
-    return f"{zone.name}: mean {_lux(zone, 'mean')} lx, U0 = {_ratio(zone, 'u0')}"
+    words = f"{zone.name}: mean {_lux(zone, 'mean')} lx, U0 = {_ratio(zone, 'u0')}"
+    if zone.left_out:
+        every = zone.points + zone.left_out
+        words += f", of {zone.points} of {every} points, the others lie in bodies or near them"
+    return words
 
 
 def _lights(figures) -> str:

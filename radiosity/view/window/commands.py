@@ -187,6 +187,9 @@ class Commands:
         from radiosity.view.export import save
 
         window, image, writers = self._window, self._window.gathered.image, {}
+        if window.display.lamps.waiting:
+            window.say("the lamps are being told apart: save again in a moment")
+            return
         if image is not None:
             writers[".exr"] = lambda place: write(image, place)
         if isinstance(window.answer, Solution):

@@ -24,7 +24,7 @@ def save_all(source: str, writers: dict[str, Callable[[Path], None]]) -> str:
     try:
         for place, write in zip(places, writers.values(), strict=True):
             write(place)
-    except OSError as error:
+    except (OSError, ValueError, RuntimeError, MemoryError) as error:
         return f"not saved: {error}"
     return f"saved {' and '.join(map(str, places))} in {Path.cwd()}"
 

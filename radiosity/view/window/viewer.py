@@ -193,6 +193,8 @@ class Window:
     def close(self) -> None:
         """Close the window, then stop the threads; unfinished passes run out by themselves."""
         self.gathering = False
+        if self._saving is not None:
+            self._saving.thread.join()  # whole files, or none
         thread = self.gathered.drop()
         self.plotter.close()
         if thread is not None:
@@ -253,9 +255,11 @@ class Window:
 
     def save(self, work: Callable[[], str]) -> None:
         """Let a thread write files, then show the message that it returns."""
-        if self._saving is None:
-            self._saving = Later(work)
-            self.say("saving \u2026")
+        if self._saving is not None:
+            self.say("still saving: try again in a moment")
+            return
+        self._saving = Later(work)
+        self.say("saving \u2026")
 
     def _take(self, answer):
         """Show the answer, and let it be gathered and read."""
