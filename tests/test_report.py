@@ -205,6 +205,16 @@ def test_a_floor_counts_not_where_bodies_stand_that_have_no_bottom():
     assert zone.points == 256 - 16 and zone.found.minimum > 0
 
 
+def test_points_that_do_not_count_are_told(cornell, tmp_path):
+    told = radiosity.report(cornell, tmp_path / "a.html", grids=["100"], size=(8, 8), samples=4,
+                            exposure=0.5)  # fmt: skip
+    (zone,), text = told.grids, (tmp_path / "a.html").read_text()
+    every = zone.points + zone.left_out
+    assert zone.left_out > zone.points
+    assert text.count(f"of {zone.points} of {every} points, the others lie in bodies") == 2
+    assert [p.exposure for p in told.pictures] == [0.5]
+
+
 def test_units_and_axes_change_words_only():
     """The same room in feet with y up: the same light, and maps in metres."""
     metres = glowing(box((0, 0, 0), (3, 4, 3)))

@@ -395,6 +395,39 @@ def test_what_cannot_be_saved_is_told(tmp_path, monkeypatch):
     assert "room-2.png" in save_all("room.toml", {".png": lambda p: p.touch(), ".exr": Path.touch})
 
 
+def test_closing_waits_for_what_is_saved(opened, tmp_path):
+    def slow():
+        time.sleep(0.3)
+        (tmp_path / "kept").touch()
+        return "saved"
+
+    opened.save(slow)
+    opened.save(lambda: (tmp_path / "second").touch())  # one at a time
+    opened.close()
+    assert [p.name for p in tmp_path.iterdir()] == ["kept"]
+
+
+def test_nothing_is_saved_while_the_lamps_are_told_apart(opened, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    gate, lamps = threading.Event(), opened.display.lamps
+    told_apart = lamps._told_apart
+    monkeypatch.setattr(lamps, "_told_apart", lambda: gate.wait(20) and told_apart())
+    opened.dim(lamps.names[0], 0.0)
+    assert lamps.waiting
+    opened.commands.save_light()
+    assert not list(tmp_path.iterdir()) and "told apart" in opened._message[0]
+    gate.set()
+
+
+def test_a_writer_that_fails_ends_no_window(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def wrong(place):
+        raise ValueError("no such light")
+
+    assert save_all("room.toml", {".radsol": wrong}) == "not saved: no such light"
+
+
 def test_what_an_observer_raises_is_not_forgotten(opened, monkeypatch):
     def broken(solution, place):
         raise ValueError("no reading")
