@@ -419,6 +419,16 @@ def test_nothing_is_saved_while_the_lamps_are_told_apart(opened, monkeypatch, tm
     gate.set()
 
 
+def test_a_lamp_comes_back_as_bright_as_it_was(opened):
+    lamps = opened.display.lamps
+    opened.dim(lamps.names[0], 0.3)
+    found = []
+    for _ in range(3):
+        opened.commands.switch_light(0)
+        found.append(lamps.factors[lamps.names[0]])
+    assert found == [0.0, 0.3, 0.0]
+
+
 def test_a_writer_that_fails_ends_no_window(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 

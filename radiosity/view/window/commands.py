@@ -114,7 +114,7 @@ class Commands:
         lamps = self._window.display.lamps
         if self._window.answer is not None and number < len(lamps.names):
             name = lamps.names[number]
-            self._window.dim(name, 0.0 if lamps.factors[name] else 1.0)
+            self._window.dim(name, lamps.switched(name))
 
     def toggle_edges(self) -> None:
         """Draw the edges of the patches, over the surfaces alone, or leave them out."""

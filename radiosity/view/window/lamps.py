@@ -23,7 +23,7 @@ class Lamps:
         """Leave all light as it is; a `Stage` in place of a Solution has no groups."""
         dims = isinstance(solution, Solution) and solution.can_dim
         self.names = solution.groups if dims else ()
-        self.factors = dict.fromkeys(self.names, 1.0)
+        self.factors, self._before = dict.fromkeys(self.names, 1.0), {}
         self._whole, self._corners = solution, corners
         self._all = _at_corners(solution, corners)
         self._parts = self._lit = None
@@ -49,6 +49,13 @@ class Lamps:
         self._lit = None
         if self._parts is None:
             self._parts = Later(self._told_apart)
+
+    def switched(self, name: str) -> float:
+        """Return the factor that a group that is switched gets: 0, or the one before."""
+        if not self.factors[name]:
+            return self._before.get(name, 1.0)
+        self._before[name] = self.factors[name]
+        return 0.0
 
     def at_corners(self) -> tuple[np.ndarray, np.ndarray]:
         """Return radiosity and irradiance (p, bands) in W/m2 at the corners, in this light."""
