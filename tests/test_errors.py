@@ -127,6 +127,28 @@ def test_what_is_no_scene_or_no_solution_is_named_with_the_way_out(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_arguments_of_the_wrong_kind_are_named(tmp_path):
+    room = radiosity.load(SCENES / "furnace.toml")
+    solution = radiosity.solve(room, 0.1)
+    for words, call in {
+        "accuracy = '2%' must be a number": lambda: radiosity.solve(room, "2%"),
+        r"size = 100 must be \(width, height\)": lambda: radiosity.render(solution, size=100),
+        "size = '100x80' must be": lambda: radiosity.render(solution, size="100x80"),
+        "'wall' must be factors by light group": lambda: solution.dimmed("wall"),
+        "is no Image: radiosity.render": lambda: radiosity.write(solution, tmp_path / "a.png"),
+        "None is no Solution": lambda: radiosity.to_pyvista(None),
+    }.items():
+        with pytest.raises(TypeError, match=words):
+            call()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_grid_of_a_report_needs_no_list():
+    solution = radiosity.solve(radiosity.load(SCENES / "furnace.toml"), 0.1)
+    told = [radiosity.report(solution, None, grids=x) for x in (0.75, "0.75", ["0.75"])]
+    assert [figures.grids[0].grid for figures in told] == ["0.75"] * 3
+
+
 def test_meshes_are_numbers_too():
     room = radiosity.load(SCENES / "furnace.toml")
     number, text = (radiosity.solve(room, mesh=mesh) for mesh in (2, "2"))

@@ -58,6 +58,8 @@ def checked_factors(names: tuple[str, ...], factors: Mapping[str, float]) -> dic
     ValueError
         A factor that is none.
     """
+    if not isinstance(factors, Mapping):
+        raise TypeError(f"{factors!r} must be factors by light group, such as {{'desk': 0.5}}")
     for name, factor in factors.items():
         if name not in names:
             raise UnknownName("light group", name, names)

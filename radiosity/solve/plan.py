@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import dataclass, replace
+from numbers import Real
 
 import numpy as np
 
@@ -140,6 +141,8 @@ def make_plan(
         A material in a raw form that serves local shading only.
     """
     _refuse_seed_forms(scene)
+    if not isinstance(accuracy, Real):
+        raise TypeError(f"accuracy = {accuracy!r} must be a number: 0.02 asks for 2 percent")
     if not 1e-4 <= accuracy < 1:
         raise ValueError(
             f"accuracy = {accuracy:g} must lie in [0.0001, 1): 0.02 asks for 2 percent"

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -323,7 +322,7 @@ def refuse_unsolved(value) -> None:
     """Raise TypeError for what is no solution where one is needed, with the way to have one."""
     if isinstance(value, Scene):
         raise TypeError(f"{value!r} is not solved: radiosity.solve(scene) returns its Solution")
-    if isinstance(value, str | bytes | PathLike):
+    if not isinstance(value, Solution):
         raise TypeError(
             f"{value!r} is no Solution: radiosity.load reads a scene or a .radsol file, and "
             "radiosity.solve solves a scene"

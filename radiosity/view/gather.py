@@ -179,12 +179,17 @@ def picture_size(camera: Camera, size: tuple[int, int] | None, bands: Bands) -> 
 
     Raises
     ------
+    TypeError
+        No pair.
     ValueError
         Out of range.
     Refused
         The picture would not fit into memory.
     """
-    width, height = size or camera.size
+    size = size or camera.size
+    if isinstance(size, str) or np.shape(size) != (2,):
+        raise TypeError(f"size = {size!r} must be (width, height) in pixels, such as (640, 480)")
+    width, height = size
     if not (1 <= width <= 16384 and 1 <= height <= 16384):
         raise ValueError(f"size = {width}x{height} must lie between 1x1 and 16384x16384 pixels")
     needed = (BYTES_A_PIXEL + BYTES_A_BAND * bands.count) * width * height

@@ -194,6 +194,8 @@ def write(
     >>> import radiosity
     >>> radiosity.write(radiosity.Image(np.ones((2, 3, 3))), "grey.exr")
     """
+    if not isinstance(image, Image):
+        raise TypeError(f"{image!r} is no Image: radiosity.render(solution) returns one")
     suffix = check_suffix(path, gamma, scale is not None)
     with written_whole(path) as temporary:
         if gamma is None and scale is None:

@@ -27,7 +27,7 @@ def report(
     size: tuple[int, int] | None = None,
     samples: int | None = None,
     exposure: float | None = None,
-    grids: Sequence[str] = (),
+    grids: Sequence[str | float] = (),
     spacing: float | None = None,
     margin: float | None = None,
     date: str | None = None,
@@ -49,7 +49,7 @@ def report(
         Rays over each pixel's hemisphere, see `radiosity.view.gather.render`.
     exposure : float, optional
         Display value per radiance of the pictures, instead of the automatic one.
-    grids : list of str, optional
+    grids : list of str or float, optional
         Heights of planes and names of surfaces, as ``probe --grid`` takes them. If not given, the
         floor and, of a room, the work plane 0.75 m above its lowest point, the height of a desk.
     spacing, margin : float, optional
@@ -88,7 +88,8 @@ def report(
     chosen = cameras_of(solution.scene, cameras)
     from radiosity.view.report.figures import gather
 
-    figures = gather(solution, day, tuple(grids), spacing, margin, command)
+    named = (grids,) if isinstance(grids, str | float | int) else grids
+    figures = gather(solution, day, tuple(map(str, named)), spacing, margin, command)
     if path is None:
         return figures
     from radiosity.view.camera import fitting

@@ -86,12 +86,13 @@ class Window:
         self.home = gather.find_camera(self.scene, camera)
         basis(self.home)  # refuses a camera that cannot look
         gather.pass_count(samples)  # refuses a number out of range
+        if not (off_screen or pyvista.OFF_SCREEN):
+            check_display()
         self.plotter = pyvista.Plotter(
             off_screen=off_screen, window_size=size or self.home.size, lighting="none",
             title=f"{self.scene.name or 'scene'} - radiosity",
         )  # fmt: skip
         if not self.plotter.off_screen:
-            check_display()
             fit_to_screen(self.plotter.render_window)
         self.plotter.enable_anti_aliasing("msaa", multi_samples=4)
         self.display = Display(self.plotter, self.scene, self.home, tones)
