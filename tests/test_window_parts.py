@@ -217,6 +217,8 @@ def test_dimmed_light_is_the_dimmed_solutions(opened, lit):
     off = lit.dimmed(lamps.factors)
     assert np.array_equal(lamps.solution.radiosity, off.radiosity)
     press(opened, "1")
+    assert lamps.factors == {"light": 0.4, "ambient": 1.0}  # as bright as before
+    opened.dim("light", 1.0)
     settle(opened)
     for found, before in zip(lamps.at_corners(), whole, strict=True):
         assert np.array_equal(found, before)

@@ -52,7 +52,7 @@ def view(screen, folder, *words):
     )  # fmt: skip
 
 
-def ended(child, limit=40.0):
+def ended(child, limit=240.0):  # what compiles is waited for
     """Return the exit code and what was said on stderr."""
     said = child.communicate(timeout=limit)[1]
     assert "Traceback" not in said, said
