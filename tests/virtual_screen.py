@@ -44,7 +44,7 @@ class Screen:
         data = np.frombuffer(raw[size + 12 * colours :], np.uint8, height * width * 4)
         return data.reshape(height, width, 4)[:, :, 2::-1].copy()
 
-    def until(self, condition, what, limit=240.0):  # the first run compiles
+    def until(self, condition, what, limit=120.0):  # the first run compiles
         """Return the first pixels that meet a condition."""
         end = time.monotonic() + limit
         while True:

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 
-FILL = 0.9  # of the screen that a window takes at most
+FILL = 0.9  # of the screen that a window takes at most, all of it where a size is asked for
 
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
@@ -48,9 +48,9 @@ def check_display() -> None:
         )
 
 
-def fit_to_screen(window) -> None:
+def fit_to_screen(window, fill: float) -> None:
     """Shrink a VTK window that would not fit on the screen, keeping its proportions."""
     size, screen = np.array(window.GetSize()), np.array(window.GetScreenSize())
     if np.all(screen > 0):
-        size = size * min(1.0, *(FILL * screen / size))
+        size = size * min(1.0, *(fill * screen / size))
         window.SetSize(*(max(1, int(v)) for v in size))

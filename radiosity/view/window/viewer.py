@@ -27,7 +27,7 @@ from radiosity.view.window.later import Later
 from radiosity.view.window.mouse import Mouse
 from radiosity.view.window.panels import Panels, note_rows
 from radiosity.view.window.picking import Pick
-from radiosity.view.window.screen import check_display, fit_to_screen
+from radiosity.view.window.screen import FILL, check_display, fit_to_screen
 from radiosity.view.window.solving import Solving
 from radiosity.view.window.walking import Walk
 
@@ -93,7 +93,7 @@ class Window:
             title=f"{self.scene.name or 'scene'} - radiosity",
         )  # fmt: skip
         if not self.plotter.off_screen:
-            fit_to_screen(self.plotter.render_window)
+            fit_to_screen(self.plotter.render_window, 1.0 if size else FILL)
         self.plotter.enable_anti_aliasing("msaa", multi_samples=4)
         self.display = Display(self.plotter, self.scene, self.home, tones)
         self.gathered = gathering.Gathering(self.plotter.renderer, samples)
